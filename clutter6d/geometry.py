@@ -1,0 +1,143 @@
+"""Poses and rotations as batched array functions.
+
+Quaternions are ``wxyz`` and unit; a pose row is ``x y z qw qx qy qz``; lengths in metres, angles in radians. All
+functions broadcast over leading axes and work element by element, so a row's result does not depend on the batch.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+IDENTITY_QUAT = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Pose:
+    """A rigid pose, object frame to world frame: position in metres and unit quaternion ``wxyz``."""
+
+    position: tuple[float, float, float]
+    quat_wxyz: tuple[float, float, float, float]
+
+    def as_row(self) -> Float[np.ndarray, "7"]:
+        """The pose as ``x y z qw qx qy qz``."""
+        return np.array([*self.position, *self.quat_wxyz])
+
+    @classmethod
+    def from_row(cls, row: Float[np.ndarray, "7"]) -> "Pose":
+        """The pose of a row ``x y z qw qx qy qz``, exactly."""
+        x, y, z, qw, qx, qy, qz = (float(value) for value in row)
+        return cls(position=(x, y, z), quat_wxyz=(qw, qx, qy, qz))
+
+
+def quat_multiply(a: Float[np.ndarray, "*#n 4"], b: Float[np.ndarray, "*#n 4"]) -> Float[np.ndarray, "*n 4"]:
+    """Hamilton product: rotate by ``b``, then by ``a``."""
+    aw, ax, ay, az = (a[..., i] for i in range(4))
+    bw, bx, by, bz = (b[..., i] for i in range(4))
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def quat_conjugate(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 4"]:
+    """The inverse rotation."""
+    return quat * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def quat_normalize(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 4"]:
+    """The unit quaternion of the same direction."""
+    return quat / np.sqrt((quat * quat).sum(axis=-1, keepdims=True))
+
+
+def quat_from_axis_angle(
+    axis: Float[np.ndarray, "*#n 3"], angle: Float[np.ndarray, "*#n"] | float
+) -> Float[np.ndarray, "*n 4"]:
+    """Rotation by ``angle`` about a unit ``axis``."""
+    half = np.asarray(angle)[..., None] / 2
+    vector = np.sin(half) * axis
+    scalar = np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1))
+    return np.concatenate([scalar, vector], axis=-1)
+
+
+def quat_from_yaw(yaw: Float[np.ndarray, "*n"] | float) -> Float[np.ndarray, "*n 4"]:
+    """Rotation about the vertical axis."""
+    half = np.asarray(yaw, dtype=float) / 2
+    zero = np.zeros_like(half)
+    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
+
+
+def quat_to_matrix(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 3 3"]:
+    """The rotation matrix of a unit quaternion."""
+    w, x, y, z = (quat[..., i] for i in range(4))
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quat_from_matrix(matrix: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
+    """The unit quaternion of a rotation matrix, with non-negative scalar part.
+
+    Bar-Itzhack's method in its stable form: of the four rows of the quaternion's outer product, the longest is used.
+    """
+    m = matrix
+    trace = m[..., 0, 0] + m[..., 1, 1] + m[..., 2, 2]
+    outer = np.stack(
+        [
+            np.stack([1 + trace, m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]], -1),
+            np.stack([m[..., 2, 1] - m[..., 1, 2], 1 + 2 * m[..., 0, 0] - trace, m[..., 1, 0] + m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0]], -1),
+            np.stack([m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] + m[..., 0, 1], 1 + 2 * m[..., 1, 1] - trace, m[..., 2, 1] + m[..., 1, 2]], -1),
+            np.stack([m[..., 1, 0] - m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0], m[..., 2, 1] + m[..., 1, 2], 1 + 2 * m[..., 2, 2] - trace], -1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    quat = quat_normalize(np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :])
+    return quat * np.where(quat[..., :1] < 0, -1.0, 1.0)
+
+
+def rotate(quat: Float[np.ndarray, "*#n 4"], vectors: Float[np.ndarray, "*#n 3"]) -> Float[np.ndarray, "*n 3"]:
+    """Rotate vectors by unit quaternions."""
+    scalar, axis = quat[..., :1], quat[..., 1:]
+    twice_cross = 2 * np.cross(axis, vectors)
+    return vectors + scalar * twice_cross + np.cross(axis, twice_cross)
+
+
+def transform_points(
+    pose: Float[np.ndarray, "*n 7"], points: Float[np.ndarray, "*#n point 3"]
+) -> Float[np.ndarray, "*n point 3"]:
+    """Points of the object frame in the world frame."""
+    return rotate(pose[..., None, 3:], points) + pose[..., None, :3]
+
+
+def rotation_error_rad(a: Float[np.ndarray, "*#n 4"], b: Float[np.ndarray, "*#n 4"]) -> Float[np.ndarray, "*n"]:
+    """Angle between two rotations, ``2 acos|a . b|`` in [0, pi] (paper, "Reward Function")."""
+    return 2 * np.arccos(np.clip(np.abs((a * b).sum(axis=-1)), 0.0, 1.0))
+
+
+def rotation_6d(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 6"]:
+    """The first two columns of the rotation matrix, one after the other."""
+    matrix = quat_to_matrix(quat)
+    return np.concatenate([matrix[..., :, 0], matrix[..., :, 1]], axis=-1)
+
+
+def relative_pose(
+    reference: Float[np.ndarray, "*#n 7"], pose: Float[np.ndarray, "*#n 7"]
+) -> Float[np.ndarray, "*n 7"]:
+    """``pose`` expressed in the frame of ``reference``."""
+    inverse = quat_conjugate(reference[..., 3:])
+    position = rotate(inverse, pose[..., :3] - reference[..., :3])
+    return np.concatenate([position, quat_multiply(inverse, pose[..., 3:])], axis=-1)
+
+
+def is_unit(quat: Float[np.ndarray, "*n 4"], tolerance: float = 1e-6) -> Bool[np.ndarray, "*n"]:
+    """Whether quaternions have unit length."""
+    return np.abs((quat * quat).sum(axis=-1) - 1) < tolerance
