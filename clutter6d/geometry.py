@@ -89,16 +89,16 @@ def quat_from_matrix(matrix: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "
     Bar-Itzhack's method in its stable form: of the four rows of the quaternion's outer product, the longest is used.
     """
     m = matrix
-    trace = m[..., 0, 0] + m[..., 1, 1] + m[..., 2, 2]
-    outer = np.stack(
-        [
-            np.stack([1 + trace, m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]], -1),
-            np.stack([m[..., 2, 1] - m[..., 1, 2], 1 + 2 * m[..., 0, 0] - trace, m[..., 1, 0] + m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0]], -1),
-            np.stack([m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] + m[..., 0, 1], 1 + 2 * m[..., 1, 1] - trace, m[..., 2, 1] + m[..., 1, 2]], -1),
-            np.stack([m[..., 1, 0] - m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0], m[..., 2, 1] + m[..., 1, 2], 1 + 2 * m[..., 2, 2] - trace], -1),
-        ],
-        axis=-2,
-    )
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    xy, xz, yz = m[..., 1, 0] + m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0], m[..., 2, 1] + m[..., 1, 2]
+    rows = [
+        [1 + xx + yy + zz, wx, wy, wz],
+        [wx, 1 + xx - yy - zz, xy, xz],
+        [wy, xy, 1 - xx + yy - zz, yz],
+        [wz, xz, yz, 1 - xx - yy + zz],
+    ]
+    outer = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
     best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     quat = quat_normalize(np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :])
     return quat * np.where(quat[..., :1] < 0, -1.0, 1.0)
@@ -129,9 +129,7 @@ def rotation_6d(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 6"]:
     return np.concatenate([matrix[..., :, 0], matrix[..., :, 1]], axis=-1)
 
 
-def relative_pose(
-    reference: Float[np.ndarray, "*#n 7"], pose: Float[np.ndarray, "*#n 7"]
-) -> Float[np.ndarray, "*n 7"]:
+def relative_pose(reference: Float[np.ndarray, "*#n 7"], pose: Float[np.ndarray, "*#n 7"]) -> Float[np.ndarray, "*n 7"]:
     """``pose`` expressed in the frame of ``reference``."""
     inverse = quat_conjugate(reference[..., 3:])
     position = rotate(inverse, pose[..., :3] - reference[..., :3])

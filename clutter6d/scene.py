@@ -4,9 +4,9 @@ World frame: origin at the centre of the table top, z up, x away from the robot.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import networkx as nx
 import numpy as np
@@ -54,7 +54,9 @@ class Relation:
     def __post_init__(self) -> None:
         """Refuse a relation with a wrong number of references."""
         if (self.kind == "between") != (self.second_reference is not None):
-            raise InvalidValueError(f"relation '{self.kind}' of {self.subject}: 'between', and only it, has two references")
+            raise InvalidValueError(
+                f"relation '{self.kind}' of {self.subject}: 'between', and only it, has two references"
+            )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -297,8 +299,8 @@ def scene_to_file(scene: Scene) -> SceneFile:
     )
 
 
-def _slots(item: object) -> dict[str, object]:
-    return {name: getattr(item, name) for name in type(item).__slots__}
+def _slots(item: PlacedObject | Relation | Certificate) -> dict[str, Any]:
+    return {field.name: getattr(item, field.name) for field in fields(item)}
 
 
 def _pose_to_model(pose: Pose) -> _PoseModel:

@@ -1,0 +1,94 @@
+# Every target prepares what it needs in .venv and says what it does; nothing but Python 3.11 to 3.13 is asked for.
+#
+#   make demo        objects, scenes, an evaluation, a table and pictures in demo/   (no torch)
+#   make test        the tests
+#   make check       linter, types, import layers
+#   make docs        the documentation, strictly, into site/
+#   make test-slow   the long tests
+#   make test-real   the tests on the Debian furniture catalogue
+#   make bench       the speed measurements
+#   make format      format and mend what the linter can mend
+#   make clean       delete .venv, demo/, site/ and the tools' caches
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+TEST_WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest -q
+CLUTTER6D := $(BIN)/clutter6d
+DEMO ?= demo
+export PYTHON
+
+.PHONY: help demo test test-slow test-real check docs bench format clean
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+demo: $(VENV)/.installed-core
+	@echo "make: 1/5 processing objects of the built-in procedural source"
+	@$(CLUTTER6D) assets process --source procedural --limit 48 --library $(DEMO)/library
+	@echo "make: 2/5 generating certified scenes of the moderate track"
+	@$(CLUTTER6D) generate --track moderate --scenes 4 --seed 0 --library $(DEMO)/library --out $(DEMO)/scenes
+	@echo "make: 3/5 evaluating the planner on them"
+	@$(CLUTTER6D) evaluate --policy planner --scenes $(DEMO)/scenes --pairs 1 --out $(DEMO)/evaluation
+	@echo "make: 4/5 replaying what was recorded"
+	@$(CLUTTER6D) replay $(DEMO)/evaluation
+	@echo "make: 5/5 rendering the scenes"
+	@$(CLUTTER6D) render $(DEMO)/scenes --out $(DEMO)/pictures
+	@echo "make: done; the table is $(DEMO)/evaluation/report.md, the pictures are in $(DEMO)/pictures"
+
+test: $(VENV)/.installed-dev
+	@echo "make: running the tests on $(TEST_WORKERS) processes"
+	@$(PYTEST) -n $(TEST_WORKERS)
+
+test-slow: $(VENV)/.installed-dev
+	@echo "make: running the long tests"
+	@$(PYTEST) -m "slow and not (real or network or gpu)"
+
+test-real: $(VENV)/.installed-dev
+	@echo "make: running the tests on the Debian furniture catalogue"
+	@$(PYTEST) -m real
+
+check: $(VENV)/.installed-dev
+	@echo "make: formatting" && $(BIN)/ruff format --check --quiet --diff .
+	@echo "make: linting" && $(BIN)/ruff check --quiet .
+	@echo "make: import layers" && $(BIN)/lint-imports --no-logo
+	@echo "make: types" && $(BIN)/pyright
+
+format: $(VENV)/.installed-dev
+	@$(BIN)/ruff check --quiet --fix . ; $(BIN)/ruff format .
+
+docs: $(VENV)/.installed-docs
+	@echo "make: building the documentation into site/"
+	@$(BIN)/mkdocs build --strict --quiet
+
+bench: $(VENV)/.installed-core
+	@echo "make: measuring; leave the machine alone meanwhile"
+	@set -e; for script in benchmarks/bench_*.py; do echo "make: $$script"; $(BIN)/python $$script; done
+
+clean:
+	@rm -rf $(VENV) demo site .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+
+# The environment is made once and brought up to date when the requirements change.
+$(VENV)/.created:
+	@sh .ci/create-venv $(VENV)
+	@touch $@
+
+$(VENV)/.installed-core: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "make: installing Clutter6D and the libraries it needs into $(VENV)"
+	@$(PIP) install --quiet --constraint constraints.txt --editable .
+	@touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "make: installing Clutter6D, its baselines (with torch) and its test tools into $(VENV)"
+	@$(PIP) install --quiet --constraint constraints.txt --editable ".[baselines,dev]"
+	@touch $@ $(VENV)/.installed-core
+
+$(VENV)/.installed-docs: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "make: installing the documentation tools into $(VENV)"
+	@$(PIP) install --quiet --constraint constraints.txt --editable ".[docs]"
+	@touch $@ $(VENV)/.installed-core
