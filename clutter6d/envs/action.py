@@ -1,0 +1,100 @@
+"""From a policy's joint residuals to joint targets (paper, "Safe and Conservative Action Mapping").
+
+Pure functions, row by row: a row's result is the same to the bit wherever it stands in a batch. Every product is
+therefore written out term by term; a matrix library sums in an order that depends on the batch's shape.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float32, Float64
+
+from clutter6d.errors import InvalidValueError
+from clutter6d.sim.robot import JOINT_LOWER_RAD, JOINT_UPPER_RAD, hand_jacobian
+
+ACTION_SIZE = 7
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ActionConfig:
+    """How residuals become targets.
+
+    Attributes:
+        action_scale_rad: Largest residual of a joint in one control step; the curriculum's first value.
+        max_hand_step_m: The paper's bound on the hand's commanded movement in one control step, whose value it does
+            not give. 0.05 m in 0.1 s is the success threshold: an object pushed by the hand cannot pass through its
+            goal between two looks, and in 300 steps the hand still travels 15 m.
+        damping: The paper's damping (m/rad) of the pseudo-inverse, whose value it does not give either. The hand's
+            Jacobian has singular values of 0.2 to 1.1 m/rad in the workspace: 0.05 leaves at most 6% of an excess in
+            place there, and keeps the correction bounded near a singularity.
+    """
+
+    action_scale_rad: float = 0.1
+    max_hand_step_m: float = 0.05
+    damping: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Refuse values that no arm can follow."""
+        if not 0 < self.action_scale_rad <= 0.5:
+            raise InvalidValueError(f"action scale {self.action_scale_rad} rad is not in (0, 0.5]")
+        if not (self.max_hand_step_m > 0 and self.damping > 0):
+            raise InvalidValueError("the bound on the hand's step and the damping must be positive")
+
+
+def joint_targets(
+    actions: Float32[np.ndarray, "slot 7"], arm_qpos: Float64[np.ndarray, "slot 7"], config: ActionConfig
+) -> Float64[np.ndarray, "slot 7"]:
+    """Joint angles to drive to: current angles plus the clipped residuals, within the joint limits [rad].
+
+    Args:
+        actions: Joint residuals [rad], as the policy gave them.
+        arm_qpos: Current joint angles [rad].
+        config: Scale and bounds.
+    """
+    scale = config.action_scale_rad
+    residuals = np.clip(actions.astype(np.float64), -scale, scale)
+    residuals = clip_hand_step(residuals, hand_jacobian(arm_qpos)[:, :3], config)
+    return np.clip(arm_qpos + residuals, JOINT_LOWER_RAD, JOINT_UPPER_RAD)
+
+
+def clip_hand_step(
+    residuals: Float64[np.ndarray, "slot 7"], jacobian: Float64[np.ndarray, "slot 3 7"], config: ActionConfig
+) -> Float64[np.ndarray, "slot 7"]:
+    """Take out of each residual what would move the hand further than ``max_hand_step_m``.
+
+    The excess of the hand's movement, ``dx (1 - bound / |dx|)``, is mapped back with the damped pseudo-inverse,
+    ``J^T (J J^T + damping^2 I)^-1`` (paper, "Cartesian-space Action Clipping"). Rows within the bound pass unchanged
+    to the bit; corrected rows are rounded to float32, so that the last bits of a sine, which differ between machines,
+    do not reach the simulation.
+    """
+    step = [_dot(jacobian[:, axis], residuals) for axis in range(3)]
+    length = np.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
+    is_over = length > config.max_hand_step_m
+    share = 1 - config.max_hand_step_m / np.where(is_over, length, 1.0)
+    weights = _solve_damped(jacobian, [component * share for component in step], config.damping)
+    excess = sum(jacobian[:, axis] * weights[axis][:, None] for axis in range(3))
+    corrected = (residuals - excess).astype(np.float32).astype(np.float64)
+    return np.where(is_over[:, None], corrected, residuals)
+
+
+def _dot(a: Float64[np.ndarray, "slot n"], b: Float64[np.ndarray, "slot n"]) -> Float64[np.ndarray, "slot"]:
+    """Row-wise dot product, summed from left to right."""
+    total = a[:, 0] * b[:, 0]
+    for column in range(1, a.shape[1]):
+        total = total + a[:, column] * b[:, column]
+    return total
+
+
+def _solve_damped(
+    jacobian: Float64[np.ndarray, "slot 3 7"], right: list[Float64[np.ndarray, "slot"]], damping: float
+) -> list[Float64[np.ndarray, "slot"]]:
+    """Solve ``(J J^T + damping^2 I) w = right`` row by row, by cofactors; the matrix is symmetric positive definite."""
+    rows = [jacobian[:, axis] for axis in range(3)]
+    a, d, f = (_dot(row, row) + damping**2 for row in rows)
+    b, c, e = _dot(rows[0], rows[1]), _dot(rows[0], rows[2]), _dot(rows[1], rows[2])
+    aa, ab, ac = d * f - e * e, c * e - b * f, b * e - c * d
+    bb, bc, cc = a * f - c * c, b * c - a * e, a * d - b * b
+    determinant = a * aa + b * ab + c * ac
+    x, y, z = right
+    solution = [aa * x + ab * y + ac * z, ab * x + bb * y + bc * z, ac * x + bc * y + cc * z]
+    return [component / determinant for component in solution]
