@@ -38,7 +38,7 @@ class Box:
 
     def contains(self, points: Float64[np.ndarray, "point 3"]) -> Bool[np.ndarray, "point"]:
         """Which points lie strictly inside."""
-        return (np.abs(points - self.centre_m) < np.array(self.half_m) - 1e-9).all(axis=-1)
+        return np.all(np.abs(points - self.centre_m) < np.array(self.half_m) - 1e-9, axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -13,6 +13,10 @@ from clutter6d.geometry import quat_conjugate, quat_from_matrix, quat_multiply
 from clutter6d.seeding import generator
 from clutter6d.sim import robot_facts as facts
 
+_MAX_STEP_RAD = 0.5
+_POLISHED = 0.01
+"""Error, in units of the tolerance, below which an attempt improves no further."""
+
 
 class _Frames(NamedTuple):
     joint_origins: Float[np.ndarray, "n 7 3"]
@@ -126,17 +130,18 @@ def _descend(
 ) -> tuple[Float[np.ndarray, "n 7"], Float[np.ndarray, "n"]]:
     """One attempt; returns the angles and the error in units of the tolerance."""
     qpos = np.tile(start, (len(targets), 1))
-    twist = np.empty((len(targets), 6))
     for _ in range(iterations):
         frames = _frames(qpos)
         twist = _error_twist(frames, targets)
-        if (_scaled_error(twist, tolerance) <= 0.01).all():
+        is_open = _scaled_error(twist, tolerance) > _POLISHED
+        if not is_open.any():
             break
         jacobian = _jacobian(frames)
         damping = 0.5 * (twist**2).sum(axis=-1) + 1e-6
         normal = np.einsum("nij,nik->njk", jacobian, jacobian) + damping[:, None, None] * np.eye(7)
         step = np.linalg.solve(normal, np.einsum("nij,ni->nj", jacobian, twist)[..., None])[..., 0]
-        qpos = np.clip(qpos + np.clip(step, -0.5, 0.5), facts.JOINT_LOWER_RAD, facts.JOINT_UPPER_RAD)
+        step = np.where(is_open[:, None], np.clip(step, -_MAX_STEP_RAD, _MAX_STEP_RAD), 0.0)
+        qpos = np.clip(qpos + step, facts.JOINT_LOWER_RAD, facts.JOINT_UPPER_RAD)
     return qpos, _scaled_error(_error_twist(_frames(qpos), targets), tolerance)
 
 

@@ -177,7 +177,7 @@ def _add_collision(body: mujoco.MjsBody, number: int) -> list[str]:
     return ["hand_collision", "finger_left_collision", "finger_right_collision"]
 
 
-def _collider(body: mujoco.MjsBody, name: str, shape: mujoco.mjtGeom, **options: Sequence[float]) -> None:
+def _collider(body: mujoco.MjsBody, name: str, shape: mujoco.mjtGeom, **options: Sequence[float | int]) -> None:
     options = {"friction": ARM_FRICTION} | options
     body.add_geom(
         name=name,

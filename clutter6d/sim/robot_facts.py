@@ -1,12 +1,15 @@
 """Published facts about the Franka Research 3 (FR3) and the Franka hand.
 
-| fact | values | source |
-|---|---|---|
-| joint frames, flange, hand frame | ``JOINT_OFFSETS_M``, ``JOINT_TWISTS``, ``FLANGE_OFFSET_M``, ``HAND_YAW_RAD`` | franka_description, kinematics (the FR3 shares the FER's Denavit-Hartenberg parameters) |
-| position, velocity and torque limits | ``JOINT_LOWER_RAD``, ``JOINT_UPPER_RAD``, ``JOINT_VELOCITY_RAD_S``, ``JOINT_TORQUE_NM`` | franka_description, ``robots/fr3/joint_limits.yaml``; Franka Control Interface documentation, limits for the FR3 |
-| link masses, centres of mass, inertias | ``LINKS`` | franka_description, ``robots/fr3/inertials.yaml`` |
-| hand and finger masses and inertias | ``HAND``, ``FINGER`` | franka_description, ``end_effectors/franka_hand/inertials.yaml`` |
-| rotor inertia and viscous friction felt at the joint | ``JOINT_ARMATURE_KG_M2``, ``JOINT_DAMPING_NM_S`` | identified in torque control on a real FR3; MuJoCo Menagerie, ``franka_fr3``, 2025-04-25 |
+Sources, by constant:
+
+- ``JOINT_OFFSETS_M``, ``JOINT_TWISTS``, ``FLANGE_OFFSET_M``, ``HAND_YAW_RAD``: franka_description, kinematics (the FR3
+  has the Denavit-Hartenberg parameters of the FER).
+- ``JOINT_LOWER_RAD``, ``JOINT_UPPER_RAD``, ``JOINT_VELOCITY_RAD_S``, ``JOINT_TORQUE_NM``: franka_description,
+  ``robots/fr3/joint_limits.yaml``, and the limits for the FR3 in the Franka Control Interface documentation.
+- ``LINKS``: franka_description, ``robots/fr3/inertials.yaml``.
+- ``HAND``, ``FINGER``: franka_description, ``end_effectors/franka_hand/inertials.yaml``.
+- ``JOINT_ARMATURE_KG_M2``, ``JOINT_DAMPING_NM_S``: identified in torque control on a real FR3, as MuJoCo Menagerie's
+  ``franka_fr3`` publishes them since 2025-04-25.
 
 franka_description 1.1.0 widened the position limits by 0.05 to 0.1 rad; the tighter, longer-published ones are kept, so
 that every recorded motion is allowed on every FR3. Metres, kilograms, radians, seconds.
