@@ -1,0 +1,129 @@
+"""The command ``clutter6d``: its commands come from entry points and are imported only when they are used.
+
+A package adds a command by an entry point in the group ``clutter6d.commands`` that names a typer app or a function.
+Errors of this project, and those of the operating system, end in one line on stderr and the error's exit code.
+"""
+
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import EntryPoint, entry_points
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from clutter6d import __version__
+from clutter6d.errors import Clutter6DError
+
+COMMAND_GROUP = "clutter6d.commands"
+DEBUG_VARIABLE = "CLUTTER6D_DEBUG"
+INTERRUPTED = 130
+
+SUMMARIES = {
+    "assets": "Make assets from meshes; list, show and verify them.",
+    "generate": "Generate certified scenes of a track.",
+    "evaluate": "Run a policy on scenes and write its table.",
+    "replay": "Re-simulate an evaluation and compare it to the bit.",
+    "render": "Draw stills, contact sheets and videos.",
+    "view": "Open a scene in MuJoCo's viewer.",
+}
+"""What the root help says of the built-in commands, so that it need not import them; in the order of a user's work."""
+
+
+class LazyCommand(TyperCommand):
+    """Stands for a command in the root help and becomes it when it is called."""
+
+    def __init__(self, entry: EntryPoint, summary: str) -> None:
+        super().__init__(name=entry.name, help=summary)
+        self._entry = entry
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """Import the command and let it read its arguments."""
+        return _as_command(self._entry.name, self._entry.load()).make_context(info_name, args, parent, **extra)
+
+
+def _as_command(name: str, loaded: Any) -> TyperCommand | TyperGroup:
+    app = loaded
+    if not isinstance(loaded, typer.Typer):
+        app = typer.Typer(add_completion=False)
+        app.command(name)(loaded)
+    command: Any = typer.main.get_command(app)
+    command.name = name
+    return command
+
+
+def _summary(entry: EntryPoint) -> str:
+    return SUMMARIES.get(entry.name) or f"Provided by {entry.dist.name if entry.dist else entry.module}."
+
+
+def _show_version(is_wanted: bool) -> bool:
+    if is_wanted:
+        print(f"clutter6d {__version__}")
+        raise typer.Exit
+    return is_wanted
+
+
+def _root(
+    debug: Annotated[bool, typer.Option("--debug", help="Show log messages, and tracebacks of errors.")] = False,
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Scenes, simulation and evaluation for 6-D object rearrangement in clutter."""
+    if debug:
+        os.environ[DEBUG_VARIABLE] = "1"
+    level = logging.DEBUG if _is_debugging() else logging.WARNING
+    logging.basicConfig(level=level, format="%(levelname)s: %(message)s")
+
+
+def _is_debugging() -> bool:
+    return os.environ.get(DEBUG_VARIABLE, "") not in ("", "0")
+
+
+def build_command() -> TyperGroup:
+    """The root command with every command that is installed."""
+    app = typer.Typer(name="clutter6d", no_args_is_help=True)
+    app.callback()(_root)
+    group: Any = typer.main.get_command(app)
+    rank = {name: index for index, name in enumerate(SUMMARIES)}
+    found = entry_points(group=COMMAND_GROUP)
+    for entry in sorted(found, key=lambda entry: (rank.get(entry.name, len(rank)), entry.name)):
+        group.add_command(LazyCommand(entry, _summary(entry)), entry.name)
+    return group
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command line and return its exit code; every expected error becomes one line on stderr."""
+    try:
+        result = build_command().main(list(arguments), prog_name="clutter6d", standalone_mode=False)
+    except typer.TyperException as error:
+        return _fail(error, error.format_message(), error.exit_code)
+    except typer.Abort as error:
+        return _fail(error, "stopped at a question", 1)
+    except Clutter6DError as error:
+        return _fail(error, str(error), error.exit_code)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(error, f"{where}{error.strerror or error}; nothing earlier was changed", 1)
+    except MemoryError as error:
+        return _fail(error, "out of memory; try fewer workers or parallel environments", 1)
+    code = result if isinstance(result, int) else 0
+    if code == INTERRUPTED:
+        print("interrupted; what was finished is kept", file=sys.stderr)
+    return code
+
+
+def _fail(error: BaseException, message: str, code: int) -> int:
+    if _is_debugging() and not isinstance(error, typer.TyperException):
+        raise error
+    line = " ".join(message.split())
+    if line:
+        print(f"error: {line}", file=sys.stderr)
+    return code
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    sys.exit(run(sys.argv[1:]))
