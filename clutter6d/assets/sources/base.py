@@ -32,6 +32,7 @@ class SourceObject:
         hints: What the source knows about the object.
         extents_m: Real side lengths along the axes of the loaded shape, or ``None`` if the shape's own size is the
             real one or unknown.
+        is_metric: Whether a shape without ``extents_m`` comes in metres; if not, it is scaled to a tabletop size.
     """
 
     key: str
@@ -39,6 +40,7 @@ class SourceObject:
     licence: Licence
     hints: AttributeHints = field(default_factory=AttributeHints)
     extents_m: tuple[float, float, float] | None = None
+    is_metric: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

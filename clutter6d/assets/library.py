@@ -1,0 +1,267 @@
+"""The asset library: a folder that holds each asset under its content's hash, and a record of every object tried.
+
+    library.json                       format, and the processing settings all its assets were made with
+    assets/<name>-<hash12>/            asset.json and geometry.npz of one asset
+    records/<fingerprint>.json         what became of one source object
+
+Every file is written atomically and an asset before its record, so a run that is killed loses only what it was
+working on, and a second run continues where the first ended.
+"""
+
+import shutil
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field
+
+from clutter6d.assets.asset import Asset
+from clutter6d.assets.asset_file import JSON_NAME, AssetFile, read_asset, read_asset_file, write_asset
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
+from clutter6d.schema import FileModel, read_model, write_model
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_HASH_CHARS = 12
+
+
+class LibraryFile(FileModel):
+    """``library.json``."""
+
+    schema_version: Literal[1] = 1
+    format: Literal["clutter6d-asset-library"] = "clutter6d-asset-library"
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+
+class ProcessingRecord(FileModel):
+    """What became of one source object.
+
+    Attributes:
+        fingerprint: Of the object and the settings; names the file.
+        source: Name of the asset source.
+        key: The object's key in its source.
+        name: The object's name in its source.
+        status: Whether it became an asset.
+        reason: Why not, as a short word.
+        detail: Why not, in a sentence.
+        asset_hash: Content hash of the asset it became.
+        asset_name: Its name in the library.
+        seconds: Time it took.
+        fallbacks: Every step that did not go the normal way.
+    """
+
+    schema_version: Literal[1] = 1
+    fingerprint: str = Field(pattern=r"^[0-9a-f]{16,64}$")
+    source: str
+    key: str
+    name: str
+    status: Literal["accepted", "rejected"]
+    reason: str = ""
+    detail: str = ""
+    asset_hash: str = ""
+    asset_name: str = ""
+    seconds: float
+    fallbacks: tuple[str, ...] = ()
+
+
+class AssetLibrary:
+    """A folder of assets; use ``open`` or ``create``.
+
+    Attributes:
+        path: The folder.
+        settings: Processing settings of all its assets, as plain values.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
+        self.path = path
+        self.settings = dict(settings)
+        self._folders: dict[str, Path] | None = None
+
+    @classmethod
+    def open(cls, path: Path | str) -> "AssetLibrary":
+        """Open an existing library.
+
+        Raises:
+            MissingFileError: The folder does not exist or is no library.
+            InvalidFileError: Its ``library.json`` is damaged.
+        """
+        path = Path(path)
+        if not (path / "library.json").is_file():
+            raise MissingFileError("asset library", path, "make one with: clutter6d assets process SOURCE --out FOLDER")
+        return cls(path, read_model(path / "library.json", LibraryFile, what="asset library").settings)
+
+    @classmethod
+    def create(cls, path: Path | str, settings: Mapping[str, Any] | None = None) -> "AssetLibrary":
+        """Open a library, or make a new one.
+
+        Raises:
+            InvalidValueError: The library exists and was made with other processing settings.
+            StorageError: The folder cannot be written.
+        """
+        path, wanted = Path(path), dict(settings or {})
+        if (path / "library.json").exists():
+            library = cls.open(path)
+            differing = [key for key in {*wanted, *library.settings} if wanted.get(key) != library.settings.get(key)]
+            if settings is not None and differing:
+                names = ", ".join(sorted(differing))
+                raise InvalidValueError(f"library {path} was made with other settings ({names}); choose another --out")
+            return library
+        if path.is_dir() and any(path.iterdir()):
+            raise InvalidValueError(f"{path} is neither empty nor an asset library; choose another --out")
+        write_model(path / "library.json", LibraryFile(settings=wanted))
+        return cls(path, wanted)
+
+    def names(self) -> tuple[str, ...]:
+        """Names of all assets, sorted."""
+        return tuple(sorted(self._by_name()))
+
+    def load(self, name_or_hash: str) -> Asset:
+        """Read one asset and check its hash.
+
+        Args:
+            name_or_hash: The asset's name, or at least 12 characters of its content hash.
+
+        Raises:
+            UnknownNameError: There is no such asset.
+            InvalidFileError: The asset is damaged.
+        """
+        folder = self._find(name_or_hash)
+        asset = read_asset(folder)
+        if folder.name != _folder_name(asset.name, asset.content_hash):
+            raise InvalidFileError(folder, f"the folder's name does not fit its asset {asset.name}")
+        return asset
+
+    def describe(self, name_or_hash: str) -> AssetFile:
+        """Read what is said of one asset, without its geometry.
+
+        Raises:
+            UnknownNameError: There is no such asset.
+            InvalidFileError: Its file is damaged.
+        """
+        return read_asset_file(self._find(name_or_hash))
+
+    def add(self, asset: Asset) -> Asset:
+        """Store an asset; replaces an earlier version of the same source object.
+
+        Returns:
+            The asset as stored: if its name belongs to another object, it gets six characters of its hash.
+
+        Raises:
+            StorageError: The disk is full or the folder cannot be written.
+        """
+        earlier = self._by_name(refresh=True).get(asset.name)
+        if earlier is not None and not _is_same_object(earlier, asset):
+            asset = replace(asset, name=f"{asset.name}-{asset.content_hash[:6]}")
+            earlier = self._by_name().get(asset.name)
+        folder = self.path / "assets" / _folder_name(asset.name, asset.content_hash)
+        if not (folder / JSON_NAME).exists():
+            write_asset(folder, asset)
+        if earlier is not None and earlier != folder:
+            shutil.rmtree(earlier, ignore_errors=True)
+        self._folders = {**self._by_name(), asset.name: folder}
+        return asset
+
+    def record(self, fingerprint: str) -> ProcessingRecord | None:
+        """The record of a source object, or ``None`` if it was not processed, or its asset is gone."""
+        path = self._record_path(fingerprint)
+        if not path.exists():
+            return None
+        try:
+            record = read_model(path, ProcessingRecord, what="processing record")
+        except InvalidFileError:
+            return None
+        if record.status == "accepted":
+            folder = self.path / "assets" / _folder_name(record.asset_name, record.asset_hash)
+            return record if (folder / JSON_NAME).exists() else None
+        return record
+
+    def add_record(self, record: ProcessingRecord) -> None:
+        """Store what became of a source object; call it after its asset was added."""
+        write_model(self._record_path(record.fingerprint), record)
+
+    def records(self) -> tuple[ProcessingRecord, ...]:
+        """All records, by source and key."""
+        paths = sorted((self.path / "records").glob("*.json"))
+        records = [read_model(path, ProcessingRecord, what="processing record") for path in paths]
+        return tuple(sorted(records, key=lambda record: (record.source, record.key)))
+
+    def verify(self) -> tuple[str, ...]:
+        """Read and check everything.
+
+        Returns:
+            One line per problem; none if every asset has its hash and every record its asset.
+        """
+        problems: list[str] = []
+        for name in self.names():
+            try:
+                self.load(name)
+            except (InvalidFileError, MissingFileError) as error:
+                problems.append(str(error))
+        for path in sorted((self.path / "records").glob("*.json")):
+            try:
+                record = read_model(path, ProcessingRecord, what="processing record")
+            except InvalidFileError as error:
+                problems.append(str(error))
+                continue
+            if path.stem != record.fingerprint or self.record(path.stem) is None:
+                problems.append(f"{path}: names asset {record.asset_name}, which is not there; process again")
+        return tuple(problems)
+
+    def index(self) -> "pd.DataFrame":
+        """One row per asset: name, hash, category, size, mass, parts, licence and origin."""
+        import pandas as pd
+
+        columns = ("name", "content_hash", "category", "colour", "material", "friction", "size_class")
+        rows: list[dict[str, Any]] = []
+        for name in self.names():
+            file = self.describe(name)
+            said = {**file.attributes.model_dump(), **file.model_dump(include={"name", "content_hash", "size_class"})}
+            rows.append(
+                {column: said[column] for column in columns}
+                | {
+                    "longest_extent_m": max(file.extents_m),
+                    "mass_kg": file.mass_kg,
+                    "parts": file.quality.parts,
+                    "stable_orientations": file.quality.stable_verified,
+                    "volume_ratio": file.quality.volume_ratio,
+                    "hausdorff_m": file.quality.hausdorff_m,
+                    "fallbacks": len(file.quality.fallbacks),
+                    "seconds": sum(file.quality.seconds.values()),
+                    "licence": file.licence.name,
+                    "author": file.licence.author,
+                    "source": file.licence.source,
+                    "source_id": file.licence.source_id,
+                }
+            )
+        return pd.DataFrame(rows)
+
+    def _record_path(self, fingerprint: str) -> Path:
+        return self.path / "records" / f"{fingerprint}.json"
+
+    def _by_name(self, *, refresh: bool = False) -> dict[str, Path]:
+        if self._folders is None or refresh:
+            folders = (path for path in (self.path / "assets").glob("*") if (path / JSON_NAME).exists())
+            self._folders = {path.name[: -_HASH_CHARS - 1]: path for path in sorted(folders)}
+        return self._folders
+
+    def _find(self, name_or_hash: str) -> Path:
+        by_name = self._by_name()
+        if name_or_hash in by_name:
+            return by_name[name_or_hash]
+        prefix = name_or_hash[:_HASH_CHARS]
+        for path in by_name.values():
+            is_near = len(prefix) == _HASH_CHARS and path.name.endswith(f"-{prefix}")
+            if is_near and read_asset_file(path).content_hash.startswith(name_or_hash):
+                return path
+        raise UnknownNameError(f"asset of library {self.path}", name_or_hash, by_name)
+
+
+def _folder_name(name: str, content_hash: str) -> str:
+    return f"{name}-{content_hash[:_HASH_CHARS]}"
+
+
+def _is_same_object(folder: Path, asset: Asset) -> bool:
+    earlier = read_asset_file(folder).licence
+    return (earlier.source, earlier.source_id) == (asset.licence.source, asset.licence.source_id)

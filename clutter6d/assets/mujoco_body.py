@@ -1,0 +1,80 @@
+"""An asset as a free body of a MuJoCo model: explicit inertia, one mesh geom for each convex part."""
+
+import mujoco
+import numpy as np
+
+from clutter6d.assets.asset import Asset, Mesh
+from clutter6d.physics import COLLISION_GROUP, OBJECT_CONTACT, VISUAL_GROUP
+
+TORSIONAL_FRICTION = 0.005
+ROLLING_FRICTION = 0.0001
+
+
+def add_asset_body(spec: mujoco.MjSpec, asset: Asset, *, name: str, visuals: bool = False) -> mujoco.MjsBody:
+    """Add one asset as a free body; the body frame is the object frame.
+
+    Mass and inertia are the asset's own, never derived from the overlapping parts. The compiler moves the frame of
+    each mesh to its centre and compensates in the geom, so the geometry stays where the asset has it.
+
+    Args:
+        spec: The model to add to.
+        asset: The object.
+        name: Name of the body; its joint is ``{name}_joint``, its geoms ``{name}_part{k}`` and ``{name}_visual{k}``.
+        visuals: Whether to add the visual meshes too, massless and without contact.
+
+    Returns:
+        The new body, at the world's origin.
+    """
+    body = spec.worldbody.add_body(name=name)
+    body.add_freejoint(name=f"{name}_joint")
+    _set_inertia(body, asset)
+    contype, conaffinity = OBJECT_CONTACT
+    for index, part in enumerate(asset.parts):
+        geom_name = f"{name}_part{index}"
+        _add_mesh(spec, geom_name, part)
+        body.add_geom(
+            name=geom_name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=geom_name,
+            mass=0,
+            friction=(asset.attributes.friction, TORSIONAL_FRICTION, ROLLING_FRICTION),
+            contype=contype,
+            conaffinity=conaffinity,
+            group=COLLISION_GROUP,
+            rgba=asset.visual[0].rgba,
+        )
+    if visuals:
+        _add_visuals(spec, body, asset, name)
+    return body
+
+
+def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
+    inertia = asset.mass_properties.inertia
+    body.explicitinertial = True
+    body.mass = asset.mass_properties.mass_kg
+    body.ipos = (0, 0, 0)
+    upper = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+    body.fullinertia = [float(inertia[row, column]) for row, column in upper]
+
+
+def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, asset: Asset, name: str) -> None:
+    for index, visual in enumerate(asset.visual):
+        geom_name = f"{name}_visual{index}"
+        _add_mesh(spec, geom_name, visual.mesh)
+        body.add_geom(
+            name=geom_name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=geom_name,
+            mass=0,
+            contype=0,
+            conaffinity=0,
+            group=VISUAL_GROUP,
+            rgba=visual.rgba,
+        )
+
+
+def _add_mesh(spec: mujoco.MjSpec, name: str, mesh: Mesh) -> None:
+    """Add a mesh; its unused inertia is a shell's, which needs no closed surface."""
+    added = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    added.uservert = np.asarray(mesh.vertices, dtype=np.float32).ravel()
+    added.userface = np.asarray(mesh.faces, dtype=np.int32).ravel()
