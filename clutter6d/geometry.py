@@ -120,7 +120,7 @@ def transform_points(
 
 def rotation_error_rad(a: Float[np.ndarray, "*#n 4"], b: Float[np.ndarray, "*#n 4"]) -> Float[np.ndarray, "*n"]:
     """Angle between two rotations, ``2 acos|a . b|`` in [0, pi] (paper, "Reward Function")."""
-    return 2 * np.arccos(np.clip(np.abs((a * b).sum(axis=-1)), 0.0, 1.0))
+    return np.asarray(2 * np.arccos(np.clip(np.abs((a * b).sum(axis=-1)), 0.0, 1.0)))
 
 
 def rotation_6d(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 6"]:
@@ -138,4 +138,4 @@ def relative_pose(reference: Float[np.ndarray, "*#n 7"], pose: Float[np.ndarray,
 
 def is_unit(quat: Float[np.ndarray, "*n 4"], tolerance: float = 1e-6) -> Bool[np.ndarray, "*n"]:
     """Whether quaternions have unit length."""
-    return np.abs((quat * quat).sum(axis=-1) - 1) < tolerance
+    return np.asarray(np.abs((quat * quat).sum(axis=-1) - 1) < tolerance)
