@@ -70,6 +70,7 @@ class SceneBatch:
     ) -> None:
         """Set slots to given poses at rest, with the arm at rest and its targets where it is."""
         self.states[slots] = 0
+        self._batch.warning[slots] = 0
         self.arm_qpos[slots] = arm_qpos
         self.joint_targets[slots] = arm_qpos
         self.object_poses[slots] = object_poses
@@ -83,7 +84,7 @@ class SceneBatch:
         self._batch.step(slots, nstep=physics_steps)
 
     def unstable_slots(self) -> Slots:
-        """Slots whose state is not finite or in which the engine warned of a bad state since the last call."""
+        """Slots whose state is not finite or in which the engine warned of a bad state since the last reset."""
         bad = [mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC]
-        warned = self._batch.warning[:, [int(kind) for kind in bad]] > 0
+        warned = self._batch.warning[:, [int(kind) for kind in bad], 1] > 0
         return np.flatnonzero(warned.any(axis=1) | ~np.isfinite(self.states).all(axis=1))
