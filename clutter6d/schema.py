@@ -1,5 +1,6 @@
 """Files at the package's edge: versioned JSON models and plain arrays, read with suspicion and written atomically."""
 
+import contextlib
 import io
 import json
 import os
@@ -87,11 +88,10 @@ def write_bytes(path: Path, content: bytes) -> None:
             os.fsync(file.fileno())
         temporary.replace(path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise StorageError(f"cannot write {path}: {error.strerror}; nothing earlier was changed") from None
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
