@@ -17,9 +17,11 @@ class Contact:
     penetration_m: float
 
 
-def find_contacts(scene: SceneModel, qpos: Float64[np.ndarray, "qpos"]) -> tuple[Contact, ...]:
-    """All contacts of one state, robot included."""
-    data = mujoco.MjData(scene.model)
+def find_contacts(
+    scene: SceneModel, qpos: Float64[np.ndarray, "qpos"], data: mujoco.MjData | None = None
+) -> tuple[Contact, ...]:
+    """All contacts of one state, robot included; ``data`` is scratch space to use again."""
+    data = data or mujoco.MjData(scene.model)
     data.qpos[:] = qpos
     mujoco.mj_kinematics(scene.model, data)
     mujoco.mj_comPos(scene.model, data)

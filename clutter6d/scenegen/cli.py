@@ -1,0 +1,73 @@
+"""The command ``clutter6d generate``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from clutter6d.assets.named_libraries import open_library
+from clutter6d.errors import InvalidValueError
+from clutter6d.export.mjcf import export_mjcf
+from clutter6d.scenegen.generation import generate_scenes, has_scene, open_for_generation
+from clutter6d.scenegen.scene_set import SceneSet
+from clutter6d.scenegen.statistics import measure_clutter
+from clutter6d.scenegen.track import find_track
+
+EXPORTERS = {"mjcf": export_mjcf}
+
+
+def generate(
+    track: Annotated[str, typer.Option(help="sparse (4 objects), moderate (8) or dense (12).")],
+    out: Annotated[Path, typer.Option(help="Folder of the scenes; an unfinished one is continued.")],
+    scenes: Annotated[int, typer.Option(min=1, help="Number of scenes.")] = 16,
+    first: Annotated[int, typer.Option(min=0, help="Index of the first scene.")] = 0,
+    seed: Annotated[int, typer.Option(help="Scene i of a seed is always the same scene.")] = 0,
+    library: Annotated[str, typer.Option(help="A source's name, or the folder of an asset library.")] = "procedural",
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    export: Annotated[str, typer.Option(help="Formats to export to, separated by commas: mjcf.")] = "",
+) -> None:
+    """Generate certified scenes with 16 goal pairs each."""
+    console = Console()
+    formats = _parse_formats(export)
+    chosen, assets = find_track(track), open_library(library, console)
+    indices = range(first, first + scenes)
+    scene_set = open_for_generation(assets, chosen, seed, out)
+    done = sum(has_scene(scene_set, chosen, seed, index) for index in indices)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as progress:
+        bar = progress.add_task(f"{track} scenes", total=scenes, completed=done)
+        for _ in generate_scenes(assets, chosen, seed, scene_set, indices, workers=workers):
+            progress.advance(bar)
+    scene_set = SceneSet.open(out)
+    _print_summary(scene_set, console)
+    for name in formats:
+        for scene in scene_set.scenes:
+            EXPORTERS[name](scene, scene_set.assets_of(scene), out / name / scene.scene_id)
+        console.print(f"exported {len(scene_set.scenes)} scenes to {out / name}")
+
+
+def _parse_formats(export: str) -> list[str]:
+    formats = [name.strip() for name in export.split(",") if name.strip()]
+    unknown = sorted(set(formats) - EXPORTERS.keys())
+    if unknown:
+        raise InvalidValueError(f"--export: unknown format '{unknown[0]}' (known: {', '.join(EXPORTERS)})")
+    return formats
+
+
+def _print_summary(scene_set: SceneSet, console: Console) -> None:
+    certificates, clutter = scene_set.certificates(), measure_clutter(scene_set)
+    table = Table(title=f"{clutter.scenes} scenes in {scene_set.path}", show_header=False)
+    table.add_row("goal pairs", f"{clutter.pairs:,}")
+    table.add_row("goals with a blocked straight path", f"{clutter.blocked_share:.0%}")
+    table.add_row("goals on another resting face", f"{clutter.face_change_share:.0%}")
+    table.add_row("target to nearest neighbour, median", f"{100 * clutter.median_target_gap_m:.1f} cm")
+    table.add_row("obstacle to nearest obstacle, median", f"{100 * clutter.median_obstacle_gap_m:.1f} cm")
+    table.add_row("worst penetration", f"{1000 * certificates['max_penetration_m'].max():.2f} mm")
+    table.add_row("worst drift in 1 s", f"{1000 * certificates['max_drift_m'].max():.2f} mm")
+    failures = ", ".join(f"{reason} {count}" for reason, count in scene_set.failures().most_common())
+    table.add_row("failed draws by reason", failures or "none")
+    table.add_row("scene set SHA-256", scene_set.sha256)
+    console.print(table)
