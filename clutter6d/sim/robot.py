@@ -18,6 +18,7 @@ from math import cos, sin, sqrt
 import mujoco
 import numpy as np
 
+from clutter6d.physics import COLLISION_GROUP, ROBOT_CONTACT
 from clutter6d.sim import robot_facts as facts
 from clutter6d.sim.end_effector import FINGERS, HAND_BOX, end_effector_points
 from clutter6d.sim.kinematics import hand_jacobian, hand_pose, inverse_kinematics
@@ -51,9 +52,7 @@ HOME_QPOS = np.array([0.0, -0.6648, 0.0, -2.3850, 0.0, 1.7202, 0.7854])
 STIFFNESS_NM_RAD = (600.0, 600.0, 600.0, 600.0, 110.0, 110.0, 110.0)
 DAMPING_NM_S_RAD = (60.0, 65.0, 50.0, 45.0, 6.5, 7.0, 6.0)
 
-COLLISION_GROUP = 3
 COLLISION_RGBA = (0.35, 0.55, 0.75, 1.0)
-ROBOT_CONTYPE, ROBOT_CONAFFINITY = 1, 2
 ARM_FRICTION = (0.6, 0.005, 0.0001)
 FINGER_FRICTION = (1.0, 0.005, 0.0001)
 
@@ -182,8 +181,8 @@ def _collider(body: mujoco.MjsBody, name: str, shape: mujoco.mjtGeom, **options:
     body.add_geom(
         name=name,
         type=shape,
-        contype=ROBOT_CONTYPE,
-        conaffinity=ROBOT_CONAFFINITY,
+        contype=ROBOT_CONTACT[0],
+        conaffinity=ROBOT_CONTACT[1],
         group=COLLISION_GROUP,
         rgba=COLLISION_RGBA,
         mass=0.0,

@@ -1,0 +1,1 @@
+"""Pictures: stills, contact sheets and videos of scenes and assets."""
