@@ -80,15 +80,15 @@ $(VENV)/.created:
 
 $(VENV)/.installed-core: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "make: installing Clutter6D and the libraries it needs into $(VENV)"
-	@$(PIP) install --quiet --constraint constraints.txt --editable .
+	@$(PIP) install --quiet --quiet --constraint constraints.txt --editable .
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "make: installing Clutter6D, its baselines (with torch) and its test tools into $(VENV)"
-	@$(PIP) install --quiet --constraint constraints.txt --editable ".[baselines,dev]"
+	@$(PIP) install --quiet --quiet --constraint constraints.txt --editable ".[baselines,dev]"
 	@touch $@ $(VENV)/.installed-core
 
 $(VENV)/.installed-docs: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "make: installing the documentation tools into $(VENV)"
-	@$(PIP) install --quiet --constraint constraints.txt --editable ".[docs]"
+	@$(PIP) install --quiet --quiet --constraint constraints.txt --editable ".[docs]"
 	@touch $@ $(VENV)/.installed-core

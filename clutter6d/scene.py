@@ -76,21 +76,20 @@ class SceneGraph:
         return graph
 
     def placement_order(self) -> tuple[str, ...]:
-        """Objects in topological order of support: what carries comes before what is carried.
+        """Objects in topological order: what carries an object, or is referred to by its relations, comes before it.
 
         Raises:
-            InvalidValueError: An object has no support, or the supports form a cycle.
+            InvalidValueError: An object has no support, or the relations form a cycle.
         """
-        support = nx.DiGraph()
-        support.add_nodes_from((TABLE, *self.objects))
-        support.add_edges_from((r.reference, r.subject) for r in self.relations if r.kind == "on")
-        unsupported = [name for name in self.objects if support.in_degree(name) != 1]
+        supports = [relation.subject for relation in self.of_kind("on")]
+        unsupported = [name for name in self.objects if supports.count(name) != 1]
         if unsupported:
             raise InvalidValueError(f"scene graph: {unsupported[0]} needs exactly one 'on' relation")
-        if not nx.is_directed_acyclic_graph(support):
-            raise InvalidValueError("scene graph: the 'on' relations form a cycle")
+        graph = self.as_networkx()
+        if not nx.is_directed_acyclic_graph(graph):
+            raise InvalidValueError("scene graph: the relations form a cycle; refer only to objects placed earlier")
         rank = {name: index for index, name in enumerate((TABLE, *self.objects))}
-        order = nx.lexicographical_topological_sort(support, key=lambda name: rank[name])
+        order = nx.lexicographical_topological_sort(graph, key=lambda name: rank[name])
         return tuple(name for name in order if name != TABLE)
 
     def of_kind(self, kind: RelationKind) -> Iterator[Relation]:
@@ -179,6 +178,10 @@ class Scene:
         return self.objects[0]
 
 
+_NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
+"""Names become file names, so they hold nothing that leaves a folder."""
+
+
 class _PoseModel(FileModel):
     position: tuple[float, float, float]
     quat_wxyz: tuple[float, float, float, float]
@@ -204,8 +207,8 @@ class _PairModel(FileModel):
 
 
 class _ObjectModel(FileModel):
-    name: str
-    asset_name: str
+    name: str = Field(pattern=_NAME)
+    asset_name: str = Field(pattern=_NAME)
     asset_hash: str = Field(pattern="^[0-9a-f]{64}$")
     role: Role
     stable_index: int = Field(ge=0)
@@ -232,7 +235,7 @@ class SceneFile(FileModel):
     """A scene as stored: ``scene.json``, schema version 1."""
 
     schema_version: Literal[1] = 1
-    scene_id: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
+    scene_id: str = Field(pattern=_NAME)
     track: str
     seed: int
     index: int = Field(ge=0)
@@ -252,8 +255,12 @@ class SceneFile(FileModel):
         for relation in self.relations:
             if not {relation.subject, relation.reference, relation.second_reference or TABLE} <= known:
                 raise ValueError(f"relation of '{relation.subject}' names an object that is not in the scene")
+        if any((item.kind == "between") != (item.second_reference is not None) for item in self.relations):
+            raise ValueError("'between', and only it, has two references")
         if any(len(pair.object_poses) != len(names) for pair in self.goal_pairs):
             raise ValueError(f"every goal pair needs one pose for each of the {len(names)} objects")
+        if any(pair.object_poses[0] != (*pair.initial.position, *pair.initial.quat_wxyz) for pair in self.goal_pairs):
+            raise ValueError("the first object's pose must be the pair's initial pose")
         if not all(is_unit(np.array(pair.object_poses)[:, 3:]).all() for pair in self.goal_pairs):
             raise ValueError("a stored object pose has a quaternion that is not unit")
         return self
