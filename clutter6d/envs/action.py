@@ -67,14 +67,21 @@ def clip_hand_step(
     to the bit; corrected rows are rounded to float32, so that the last bits of a sine, which differ between machines,
     do not reach the simulation.
     """
-    step = [_dot(jacobian[:, axis], residuals) for axis in range(3)]
-    length = np.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
+    step = joint_to_hand_velocity(jacobian, residuals)
+    length = np.sqrt(_dot(step, step))
     is_over = length > config.max_hand_step_m
     share = 1 - config.max_hand_step_m / np.where(is_over, length, 1.0)
-    weights = _solve_damped(jacobian, [component * share for component in step], config.damping)
-    excess = sum(jacobian[:, axis] * weights[axis][:, None] for axis in range(3))
+    weights = _solve_damped(jacobian, step * share[:, None], config.damping)
+    excess = joint_to_hand_velocity(jacobian.transpose(0, 2, 1), weights)
     corrected = (residuals - excess).astype(np.float32).astype(np.float64)
     return np.where(is_over[:, None], corrected, residuals)
+
+
+def joint_to_hand_velocity(
+    jacobian: Float64[np.ndarray, "slot axis joint"], arm_qvel: Float64[np.ndarray, "slot joint"]
+) -> Float64[np.ndarray, "slot axis"]:
+    """The hand's velocity, ``J dq``, in the rows of the Jacobian."""
+    return np.stack([_dot(jacobian[:, axis], arm_qvel) for axis in range(jacobian.shape[1])], axis=1)
 
 
 def _dot(a: Float64[np.ndarray, "slot n"], b: Float64[np.ndarray, "slot n"]) -> Float64[np.ndarray, "slot"]:
@@ -86,8 +93,8 @@ def _dot(a: Float64[np.ndarray, "slot n"], b: Float64[np.ndarray, "slot n"]) -> 
 
 
 def _solve_damped(
-    jacobian: Float64[np.ndarray, "slot 3 7"], right: list[Float64[np.ndarray, "slot"]], damping: float
-) -> list[Float64[np.ndarray, "slot"]]:
+    jacobian: Float64[np.ndarray, "slot 3 7"], right: Float64[np.ndarray, "slot 3"], damping: float
+) -> Float64[np.ndarray, "slot 3"]:
     """Solve ``(J J^T + damping^2 I) w = right`` row by row, by cofactors; the matrix is symmetric positive definite."""
     rows = [jacobian[:, axis] for axis in range(3)]
     a, d, f = (_dot(row, row) + damping**2 for row in rows)
@@ -95,6 +102,6 @@ def _solve_damped(
     aa, ab, ac = d * f - e * e, c * e - b * f, b * e - c * d
     bb, bc, cc = a * f - c * c, b * c - a * e, a * d - b * b
     determinant = a * aa + b * ab + c * ac
-    x, y, z = right
+    x, y, z = (right[:, axis] for axis in range(3))
     solution = [aa * x + ab * y + ac * z, ab * x + bb * y + bc * z, ac * x + bc * y + cc * z]
-    return [component / determinant for component in solution]
+    return np.stack([component / determinant for component in solution], axis=1)

@@ -1,0 +1,91 @@
+"""When an episode ends, and whether it was a success; pure functions of poses."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Float64, Int
+
+from clutter6d.errors import InvalidValueError
+from clutter6d.geometry import rotation_error_rad
+
+MAX_CONTROL_STEPS = 300
+Outcome = Literal["success", "drop", "timeout", "unstable"]
+"""How an episode ended; ``unstable``: the physics became invalid."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TerminationConfig:
+    """The benchmark's thresholds.
+
+    Attributes:
+        position_tolerance_m: Success: distance to the goal, in 3-D, below this (paper, "Clutter6D": 0.05 m).
+        rotation_tolerance_rad: Success: rotation error below this (paper, "Clutter6D": 0.1 rad).
+        drop_m: Drop: an object's centre further than this below the table top.
+        max_steps: Control steps after which an episode ends (paper, "Clutter6D": 300).
+    """
+
+    position_tolerance_m: float = 0.05
+    rotation_tolerance_rad: float = 0.1
+    drop_m: float = 0.05
+    max_steps: int = MAX_CONTROL_STEPS
+
+    def __post_init__(self) -> None:
+        """Refuse an episode without steps."""
+        if self.max_steps < 1:
+            raise InvalidValueError(f"max steps is {self.max_steps}; an episode has at least 1 step")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class GoalErrors:
+    """How far targets are from their goals."""
+
+    position_m: Float64[np.ndarray, "slot"]
+    planar_m: Float64[np.ndarray, "slot"]
+    rotation_rad: Float64[np.ndarray, "slot"]
+
+
+def goal_errors(target_poses: Float64[np.ndarray, "slot 7"], goals: Float64[np.ndarray, "slot 7"]) -> GoalErrors:
+    """Distance in 3-D, distance on the table plane, and angle ``2 acos|q . q_goal|``."""
+    x, y, z = (target_poses[:, axis] - goals[:, axis] for axis in range(3))
+    return GoalErrors(
+        position_m=np.sqrt(x * x + y * y + z * z),
+        planar_m=np.sqrt(x * x + y * y),
+        rotation_rad=rotation_error_rad(target_poses[:, 3:], goals[:, 3:]),
+    )
+
+
+def is_at_goal(
+    distance_m: Float[np.ndarray, "slot"], rotation_rad: Float[np.ndarray, "slot"], config: TerminationConfig
+) -> Bool[np.ndarray, "slot"]:
+    """Whether distance and angle are within the tolerances, strictly."""
+    return (distance_m < config.position_tolerance_m) & (rotation_rad < config.rotation_tolerance_rad)
+
+
+def is_dropped(
+    object_poses: Float64[np.ndarray, "slot object 7"], config: TerminationConfig
+) -> Bool[np.ndarray, "slot"]:
+    """Whether any object's centre is below the table top by more than ``drop_m``."""
+    return (object_poses[..., 2] < -config.drop_m).any(axis=-1)
+
+
+def find_outcome(
+    *,
+    is_success: Bool[np.ndarray, "slot"],
+    dropped: Bool[np.ndarray, "slot"],
+    is_unstable: Bool[np.ndarray, "slot"],
+    steps: Int[np.ndarray, "slot"],
+    config: TerminationConfig,
+) -> tuple[Outcome | None, ...]:
+    """How each slot's episode ended, or ``None`` while it goes on; what comes first in this list wins.
+
+    An invalid state is no success, whatever it looks like; a success at the last step, or while another object falls,
+    is one.
+    """
+    reasons: list[tuple[Outcome, np.ndarray]] = [
+        ("unstable", is_unstable),
+        ("success", is_success),
+        ("drop", dropped),
+        ("timeout", steps >= config.max_steps),
+    ]
+    return tuple(next((name for name, mask in reasons if mask[row]), None) for row in range(len(steps)))
