@@ -63,8 +63,7 @@ format: $(VENV)/.installed-dev
 	@$(BIN)/ruff check --quiet --fix . ; $(BIN)/ruff format .
 
 docs: $(VENV)/.installed-docs
-	@echo "make: building the documentation into site/"
-	@$(BIN)/mkdocs build --strict --quiet
+	@echo "make: building the documentation into site/" && NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 bench: $(VENV)/.installed-core
 	@echo "make: measuring; leave the machine alone meanwhile"
