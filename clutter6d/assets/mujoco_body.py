@@ -51,6 +51,7 @@ def add_asset_body(spec: mujoco.MjSpec, asset: Asset, *, name: str, visuals: boo
 def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
     inertia = asset.mass_properties.inertia
     body.explicitinertial = True
+    body.simple = False  # whether inertia is diagonal in the body frame must not change the layout of a batch
     body.mass = asset.mass_properties.mass_kg
     body.ipos = (0, 0, 0)
     upper = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]

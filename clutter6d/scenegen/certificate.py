@@ -98,8 +98,8 @@ def settle_and_check(
     for row, state in enumerate(resting):
         contacts = find_contacts(scene, joint_state(state))
         penetration[row] = max_penetration_m(contacts)
-        still = bool(settled[row]) and drift_m[row] <= limits.drift_m and drift_rad[row] <= limits.drift_rad
-        shallow = penetration[row] <= limits.penetration_m
+        still = bool(settled[row] & (drift_m[row] <= limits.drift_m) & (drift_rad[row] <= limits.drift_rad))
+        shallow = bool(penetration[row] <= limits.penetration_m)
         layout = layout_of(scene.names, hulls, state)
         failures.append(_state_failure(scene, state, layout, contacts, graph, rules, is_still=still, is_shallow=shallow))
     return StateReport(

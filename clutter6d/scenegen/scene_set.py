@@ -17,8 +17,8 @@ import pandas as pd
 
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError
-from clutter6d.scene import Scene, read_scene, write_scene
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
+from clutter6d.scene import PlacedObject, Scene, read_scene, write_scene
 from clutter6d.schema import FileModel, read_model, write_model
 
 HEADER = "scene_set.json"
@@ -132,8 +132,15 @@ class SceneSet:
         """
         for item in scene.objects:
             if item.asset_hash not in self._assets:
-                self._assets[item.asset_hash] = self.library.load(item.asset_hash)
+                self._assets[item.asset_hash] = self._load(scene, item)
         return {item.asset_hash: self._assets[item.asset_hash] for item in scene.objects}
+
+    def _load(self, scene: Scene, item: PlacedObject) -> Asset:
+        try:
+            return self.library.load(item.asset_hash)
+        except UnknownNameError:
+            problem = f"scene {scene.scene_id}: asset {item.asset_name} ({item.asset_hash[:12]}) is missing; copy it here"
+            raise InvalidFileError(self.library.path, problem) from None
 
     def scene_folder(self, scene_id: str) -> Path:
         """The folder of one scene."""
