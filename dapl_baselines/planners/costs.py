@@ -1,0 +1,54 @@
+"""What rollouts cost; pure functions of poses, row by row."""
+
+import numpy as np
+from jaxtyping import Float64
+
+from clutter6d.envs.termination import goal_errors
+from clutter6d.geometry import transform_points
+from dapl_baselines.planners.config import CostConfig
+
+
+def goal_cost(
+    target_poses: Float64[np.ndarray, "sample 7"],
+    goal: Float64[np.ndarray, "7"],
+    rotation_weight_per_rad: float,
+    config: CostConfig,
+) -> Float64[np.ndarray, "sample"]:
+    """Price of the distance to the goal, zero within the dead bands of both errors."""
+    errors = goal_errors(target_poses, np.broadcast_to(goal, target_poses.shape))
+    position = np.maximum(errors.position_m - config.position_dead_band_m, 0.0)
+    rotation = np.maximum(errors.rotation_rad - config.rotation_dead_band_rad, 0.0)
+    return config.position_weight_per_m * position + rotation_weight_per_rad * rotation
+
+
+def reach_cost(
+    tips: Float64[np.ndarray, "sample 3"],
+    target_poses: Float64[np.ndarray, "sample 7"],
+    surface: Float64[np.ndarray, "point 3"],
+    config: CostConfig,
+) -> Float64[np.ndarray, "sample"]:
+    """Price of the distance from the finger tips to the target's surface."""
+    offset = transform_points(target_poses, surface) - tips[:, None]
+    nearest = np.sqrt((offset**2).sum(axis=-1)).min(axis=-1)
+    return config.reach_weight_per_m * np.maximum(nearest - config.reach_free_m, 0.0)
+
+
+def disturbance_cost(
+    object_poses: Float64[np.ndarray, "sample object 7"],
+    start_poses: Float64[np.ndarray, "object 7"],
+    config: CostConfig,
+) -> Float64[np.ndarray, "sample"]:
+    """Price of the mean displacement of the other objects since the episode's start; a scene may have none."""
+    if len(start_poses) == 1:
+        return np.zeros(len(object_poses))
+    offset = object_poses[:, 1:, :3] - start_poses[1:, :3]
+    return config.disturbance_weight_per_m * np.sqrt((offset**2).sum(axis=-1)).mean(axis=-1)
+
+
+def fall_cost(
+    object_poses: Float64[np.ndarray, "sample object 7"], config: CostConfig
+) -> Float64[np.ndarray, "sample"]:
+    """Penalty for a target near the edge of the table, and for any object below the table top."""
+    is_near_edge = (np.abs(object_poses[:, 0, :2]) > np.array(config.edge_m)).any(axis=-1)
+    is_below = (object_poses[..., 2] < -0.02).any(axis=-1)
+    return config.fall_penalty * (is_near_edge.astype(np.float64) + is_below)
