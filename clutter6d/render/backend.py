@@ -74,7 +74,7 @@ def _works(name: str) -> bool:
     environment = {**os.environ, GL_VARIABLE: name}
     environment.pop("PYOPENGL_PLATFORM", None)
     try:
-        done = subprocess.run(  # noqa: S603
+        done = subprocess.run(
             [sys.executable, "-c", _PROBE, name],
             env=environment,
             capture_output=True,

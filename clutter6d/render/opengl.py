@@ -37,6 +37,8 @@ class OpenGlRenderer:
         self._context.make_current()
         self._buffers = self._sized_buffers(width, height)
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_GEOMS)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_HAZE] = False
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group in geom_groups for group in range(mujoco.mjNGROUP)]
 

@@ -55,14 +55,13 @@ def cached_model_path() -> Path | None:
     return path if is_present else None
 
 
-def _copy_visuals(
-    source: mujoco.MjModel, spec: mujoco.MjSpec, bodies: Mapping[str, mujoco.MjsBody]
-) -> frozenset[str]:
+def _copy_visuals(source: mujoco.MjModel, spec: mujoco.MjSpec, bodies: Mapping[str, mujoco.MjsBody]) -> frozenset[str]:
     """Copy compiled visual meshes: vertices relative to the body, and the material's colour."""
     dressed: set[str] = set()
     for geom in range(source.ngeom):
         body = source.body(source.geom_bodyid[geom]).name
-        if body not in bodies or source.geom_dataid[geom] < 0 or source.geom_contype[geom] or source.geom_conaffinity[geom]:
+        collides = source.geom_contype[geom] or source.geom_conaffinity[geom]
+        if body not in bodies or source.geom_dataid[geom] < 0 or collides:
             continue
         name = f"{body}_menagerie{geom}"
         _add_mesh(source, geom, spec, name)
