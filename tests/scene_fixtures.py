@@ -85,23 +85,16 @@ def _box_surface_points(name: str, half: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class BoxLibrary:
-    """Assets by content hash, in memory."""
-
-    assets: dict[str, Asset]
-
-    def load(self, content_hash: str) -> Asset:
-        """The asset of a hash."""
-        return self.assets[content_hash]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class BoxSceneSet:
-    """Scenes of four boxes with two goal pairs each, in memory; the interface of a stored scene set."""
+    """Scenes of four boxes with two goal pairs each, in memory; offers what an evaluation needs of a scene set."""
 
     scenes: tuple[Scene, ...]
-    library: BoxLibrary
+    assets: dict[str, Asset]
     sha256: str = field(default="b" * 64)
+
+    def assets_of(self, scene: Scene) -> dict[str, Asset]:
+        """The assets of a scene by content hash."""
+        return {item.asset_hash: self.assets[item.asset_hash] for item in scene.objects}
 
 
 TARGET_SIZE_M = (0.06, 0.09, 0.14)
@@ -112,7 +105,7 @@ def make_box_scene_set(scenes: int = 2) -> BoxSceneSet:
     """Scenes ``boxes-0`` ..., whose boxes differ in size and place; everything rests on the table exactly."""
     made = [_make_scene(index) for index in range(scenes)]
     assets = {asset.content_hash: asset for _, owned in made for asset in owned}
-    return BoxSceneSet(scenes=tuple(scene for scene, _ in made), library=BoxLibrary(assets=assets))
+    return BoxSceneSet(scenes=tuple(scene for scene, _ in made), assets=assets)
 
 
 def make_box_scene(index: int = 0) -> tuple[Scene, SceneModel]:

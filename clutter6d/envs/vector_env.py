@@ -90,22 +90,28 @@ class ClutterVectorEnv:
         self.previous_actions[slots] = 0
 
     def step(self, slots: Slots, actions: Float32[np.ndarray, "slot 7"]) -> Bool[np.ndarray, "slot"]:
-        """Advance slots by one control step of 0.1 s.
+        """Command slots and advance them by one control step; returns which of them became unstable."""
+        self.command(slots, actions)
+        return self.advance(slots)
 
-        Args:
-            slots: The slots to advance, each once.
-            actions: Their joint residuals [rad].
+    def command(self, slots: Slots, actions: Float32[np.ndarray, "slot 7"]) -> None:
+        """Set the joint targets of slots from joint residuals [rad]; each slot once."""
+        self.batch.joint_targets[slots] = joint_targets(actions, self.batch.arm_qpos[slots], self.config.action)
+        self.previous_actions[slots] = actions
+
+    def advance(self, slots: Slots) -> Bool[np.ndarray, "slot"]:
+        """Simulate slots for one control step of 0.1 s with the joint targets they have.
 
         Returns:
             Which of them became unstable; their state is no longer meaningful.
         """
-        self.batch.joint_targets[slots] = joint_targets(actions, self.batch.arm_qpos[slots], self.config.action)
-        self.previous_actions[slots] = actions
-        return self._advance(slots)
-
-    def coast(self, slots: Slots) -> Bool[np.ndarray, "slot"]:
-        """Advance slots by one control step, their joint targets left where they are; returns which became unstable."""
-        return self._advance(slots)
+        failed = np.zeros(self.size, dtype=bool)
+        try:
+            self.batch.step(slots)
+        except mujoco.batch.SimulationError as error:
+            failed[error.ids] = True
+        failed[self.batch.unstable_slots()] = True
+        return failed[slots]
 
     def stop_arm(self, slots: Slots) -> None:
         """Hold the arm where it is: the joint targets of slots become the current angles, at most the joint limits."""
@@ -141,16 +147,6 @@ class ClutterVectorEnv:
         tips = transform_points(hand_pose(self.batch.arm_qpos[rows]), _FINGER_TIPS)
         poses = self.batch.object_poses[rows]
         return compute_reward(poses, self.start_poses[rows], self._task.goals[rows], tips, self.config.reward)
-
-    def _advance(self, slots: Slots) -> Bool[np.ndarray, "slot"]:
-        """One control step; a slot in which the engine raised an error counts as unstable."""
-        failed = np.zeros(self.size, dtype=bool)
-        try:
-            self.batch.step(slots)
-        except mujoco.batch.SimulationError as error:
-            failed[error.ids] = True
-        failed[self.batch.unstable_slots()] = True
-        return failed[slots]
 
     def _each_part(self, rows: int, fill: Callable[[slice], None]) -> None:
         """Call ``fill`` on parts of the rows, side by side where it pays."""

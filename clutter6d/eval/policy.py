@@ -189,9 +189,7 @@ def _checked(spec: str, policy: object) -> Policy:
     wanted = ("name", "policy_hash", "is_privileged", "needs_observation", "begin", "act")
     missing = [name for name in wanted if not hasattr(policy, name)]
     if missing:
-        raise InvalidValueError(
-            f"policy '{spec}' is a {type(policy).__name__} without '{missing[0]}'; see eval/policy.py"
-        )
+        raise InvalidValueError(f"policy '{spec}' is a {type(policy).__name__} without '{missing[0]}'")
     return cast(Policy, policy)
 
 

@@ -1,0 +1,110 @@
+"""The commands ``clutter6d evaluate`` and ``clutter6d replay``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from clutter6d.envs.termination import MAX_CONTROL_STEPS
+from clutter6d.errors import MissingFileError
+from clutter6d.eval.evaluator import REPORT_FILE, Evaluation, EvaluationConfig
+from clutter6d.eval.policy import PolicyOptions, load_policy
+from clutter6d.eval.replay import Replay
+from clutter6d.eval.report import Report, to_table
+from clutter6d.scenegen.scene_set import SceneSet
+from clutter6d.schema import FileModel, read_model, write_model
+
+SCENES_FILE = "scenes.json"
+
+
+class ScenesLocation(FileModel):
+    """``scenes.json``: where the scenes of an evaluation were, so that ``replay`` finds them."""
+
+    schema_version: int = 1
+    scenes: str
+
+
+def evaluate(
+    policy: Annotated[str, typer.Option(help="zero, random, planner, package.module:factory, or a .pt checkpoint.")],
+    scenes: Annotated[Path, typer.Option(help="Folder of scenes, made by clutter6d generate.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results; an unfinished evaluation is continued.")],
+    pairs: Annotated[int | None, typer.Option(min=1, help="Goal pairs of each scene, the first; default all.")] = None,
+    num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = 16,
+    threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of everything the policy draws.")] = 0,
+    max_steps: Annotated[
+        int, typer.Option(min=1, help="Steps of an episode at most; other than 300 is not official.")
+    ] = MAX_CONTROL_STEPS,
+) -> None:
+    """Run a policy on scenes and write its table; the result does not depend on --num-envs and --threads."""
+    scene_set = SceneSet.open(scenes)
+    loaded = load_policy(policy, PolicyOptions(seed=seed, threads=threads))
+    config = EvaluationConfig(pairs=pairs, seed=seed, max_steps=max_steps)
+    evaluation = Evaluation(scene_set, loaded, out, config)
+    write_model(out / SCENES_FILE, ScenesLocation(scenes=str(scenes.resolve())))
+    console = Console()
+    with _progress(console) as progress:
+        _run_policy(evaluation, progress, loaded.name, num_envs=num_envs, threads=threads)
+        done = len(evaluation.finished("floor"))
+        bar = progress.add_task("zero action (floor)", total=len(evaluation.keys), completed=done)
+        for _ in evaluation.run("floor", num_envs=num_envs, threads=threads):
+            progress.advance(bar)
+    _print_report(evaluation.finish(), out, console)
+
+
+def replay(
+    folder: Annotated[Path, typer.Argument(help="What clutter6d evaluate wrote.")],
+    scenes: Annotated[Path | None, typer.Option(help="The scenes, if they are no longer where they were.")] = None,
+    num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = 16,
+    threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
+) -> None:
+    """Simulate the recorded actions again; exit code 1 unless every outcome and metric is the same to the bit."""
+    if not folder.is_dir():
+        raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
+    found = scenes or Path(read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes)
+    check, console = Replay(folder, SceneSet.open(found)), Console()
+    differing = 0
+    with _progress(console) as progress:
+        bar = progress.add_task("replaying", total=2 * len(check.keys))
+        for verdict in check.run(num_envs=num_envs, threads=threads):
+            progress.advance(bar)
+            differing += not verdict.is_identical
+            what = "identical" if verdict.is_identical else f"DIFFERS in {', '.join(verdict.differing)}"
+            progress.console.print(f"{verdict.scene_id} pair {verdict.pair}: {what}", highlight=False)
+        wrong = check.check_report(num_envs=num_envs, threads=threads)
+        progress.advance(bar, len(check.keys))
+    if wrong:
+        console.print(f"{folder / REPORT_FILE} does not follow from the episodes: {', '.join(wrong)}")
+    console.print(f"{len(check.keys) - differing} of {len(check.keys)} episodes identical to the bit")
+    if differing or wrong:
+        raise typer.Exit(1)
+
+
+def _run_policy(evaluation: Evaluation, progress: Progress, name: str, *, num_envs: int, threads: int) -> None:
+    """Run the episodes that are left, and show the running success rate."""
+    before = evaluation.finished()
+    done, successes = len(before), sum(record.row.is_success for record in before.values())
+    bar = progress.add_task(_describe(name, successes, done), total=len(evaluation.keys), completed=done)
+    for row in evaluation.run(num_envs=num_envs, threads=threads):
+        done, successes = done + 1, successes + row.is_success
+        progress.update(bar, advance=1, description=_describe(name, successes, done))
+
+
+def _describe(name: str, successes: int, done: int) -> str:
+    return f"{name}: {successes / done:.0%} success" if done else name
+
+
+def _progress(console: Console) -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=console)
+
+
+def _print_report(report: Report, out: Path, console: Console) -> None:
+    table = Table(show_header=False, title=f"{report.policy} ({report.label})")
+    for name, value in to_table(report):
+        table.add_row(name, value)
+    console.print(table)
+    console.print(f"written to {out}")
