@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32, Float64, Int
@@ -67,6 +67,7 @@ class PolicyInput:
     states: Float64[np.ndarray, "slot state"] | None
 
 
+@runtime_checkable
 class Policy(Protocol):
     """Observation to action."""
 
