@@ -26,7 +26,7 @@ def bottle(draw: Draw) -> Design:
     made_of = draw.one("glass", "plastic")
     fill = contents(draw) * 1000 / (2500 if made_of == "glass" else 1000)
     body_piece = Piece(body, made_of, draw.colour(made_of), fill + (0.12 if made_of == "glass" else 0.0))
-    paper = Piece(label, "paper", draw.one("white", "cream", "red", "navy", "mustard", "forest"), 0.01)
+    paper = Piece(label.seen_only(), "paper", draw.one("white", "cream", "red", "navy", "mustard", "forest"), 0.01)
     return Design((body_piece, paper, Piece(cap, "plastic", draw.colour("plastic"), 0.6)), TURNED)
 
 
@@ -62,7 +62,7 @@ def jar(draw: Draw) -> Design:
     return Design(
         (
             Piece(body, "glass", filling, contents(draw) * 0.4 + 0.13),
-            Piece(label, "paper", draw.colour("paper"), 0.01),
+            Piece(label.seen_only(), "paper", draw.colour("paper"), 0.01),
             lid_piece,
         ),
         TURNED,
@@ -79,7 +79,7 @@ def can(draw: Draw) -> Design:
     ends = disc(rim * 0.97, height + 0.002, rounding=0.0005).at(z=-0.001)
     fill = draw.one(0.35, 0.35, 0.011)
     colour = draw.one("red", "blue", "green", "yellow", "steel", "orange", "teal", "violet", "white")
-    return Design((Piece(body, "aluminium", colour, fill), Piece(ends, "aluminium", "steel", 0.01)), SPOOL)
+    return Design((Piece(body, "aluminium", colour, fill), Piece(ends.seen_only(), "aluminium", "steel", 0.01)), SPOOL)
 
 
 @family(small=(0.1, 0.19))
@@ -136,7 +136,7 @@ def spray_bottle(draw: Draw) -> Design:
     return Design(
         (
             bottle_piece,
-            Piece(label, "paper", draw.one("white", "yellow", accent), 0.01),
+            Piece(label.seen_only(), "paper", draw.one("white", "yellow", accent), 0.01),
             Piece(collar + head + trigger, "plastic", accent, 0.5),
         )
     )
@@ -153,7 +153,7 @@ def drinks_carton(draw: Draw) -> Design:
     band = box(x + 0.0008, y + 0.0008, height * draw.size(0.25, 0.5), rounding=0.002).at(z=height * 0.15)
     white, accent = draw.one("white", "cream"), draw.one("blue", "green", "orange", "red", "sky", "violet")
     fill = draw.one(1.4, 0.75, 0.07)
-    pieces = (Piece(body + roof + crest, "cardboard", white, fill), Piece(band, "cardboard", accent, 0.01))
+    pieces = (Piece(body + roof + crest, "cardboard", white, fill), Piece(band.seen_only(), "cardboard", accent, 0.01))
     return Design(pieces, HALF_TURN_Z)
 
 
@@ -166,7 +166,7 @@ def pill_bottle(draw: Draw) -> Design:
     label = disc(radius * 1.01, height * 0.5, rounding=0.0005).at(z=height * 0.18)
     pieces = (
         Piece(body, "plastic", draw.one("orange", "amber", "white", "brown"), draw.one(0.5, 0.15)),
-        Piece(label, "paper", "white", 0.01),
+        Piece(label.seen_only(), "paper", "white", 0.01),
         Piece(cap, "plastic", draw.one("white", "red", "blue"), 0.4),
     )
     return Design(pieces, TURNED)

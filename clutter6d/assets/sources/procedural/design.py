@@ -1,6 +1,6 @@
 """A design is what a family draws: pieces of known material. Finished, it is a shape with known mass and inertia."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -83,9 +83,16 @@ class Design:
     def scaled_to(self, longest_m: float) -> "Design":
         """The same object with its longest side as given."""
         factor = longest_m / self.longest_m
-        solids = [piece.solid.stretch(factor, factor, factor) for piece in self.pieces]
-        pieces = [replace(piece, solid=solid) for piece, solid in zip(self.pieces, solids, strict=True)]
-        return replace(self, pieces=tuple(pieces))
+        return self._mapped(lambda solid: solid.stretch(factor, factor, factor))
+
+    def turn(self, axis: str, degrees: float) -> "Design":
+        """The same object, rotated about an axis of the origin; its symmetry is declared for the result."""
+        return self._mapped(lambda solid: solid.turn(axis, degrees))
+
+    def no_heavier_than(self, mass_kg: float) -> "Design":
+        """The same object, its pieces hollowed alike if it would weigh more."""
+        factor = min(1.0, mass_kg / self.balance().mass_kg)
+        return replace(self, pieces=tuple(replace(piece, fill=piece.fill * factor) for piece in self.pieces))
 
     def balance(self) -> "Balance":
         """Mass and how it is spread."""
@@ -97,9 +104,10 @@ class Design:
         total = np.sum(moments, axis=0)
         mass, centre = total[0, 0], total[0, 1:] / total[0, 0]
         second = total[1:, 1:] / mass - np.outer(centre, centre)
+        x, y, z = np.round(centre, 7) + 0.0
         return Balance(
             mass_kg=round(float(mass), 4),
-            centre_m=tuple(float(value) for value in np.round(centre, 7) + 0.0),
+            centre_m=(float(x), float(y), float(z)),
             inertia_per_kg=np.round(np.trace(second) * np.eye(3) - second, 12) + 0.0,
         )
 
@@ -116,6 +124,9 @@ class Design:
             symmetry=self.symmetry.group(),
         )
 
+    def _mapped(self, change: Callable[[Solid], Solid]) -> "Design":
+        return replace(self, pieces=tuple(replace(piece, solid=change(piece.solid)) for piece in self.pieces))
+
     def _visual(self) -> list[VisualMesh]:
         by_colour: dict[tuple[float, float, float, float], list[Shell]] = {}
         for piece in self.pieces:
@@ -128,7 +139,7 @@ class Balance:
     """Mass, centre of mass, and inertia about it for 1 kg [m^2]."""
 
     mass_kg: float
-    centre_m: tuple[float, ...]
+    centre_m: tuple[float, float, float]
     inertia_per_kg: Float64[np.ndarray, "3 3"]
 
 

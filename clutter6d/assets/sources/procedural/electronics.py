@@ -2,7 +2,7 @@
 
 from clutter6d.assets.sources.procedural.design import Design, Draw, Piece
 from clutter6d.assets.sources.procedural.family import family
-from clutter6d.assets.sources.procedural.primitives import bar, box, disc, lathe, ring, slab
+from clutter6d.assets.sources.procedural.primitives import bar, box, disc, lathe, slab
 from clutter6d.assets.sources.procedural.solid import Solid, weld
 from clutter6d.assets.sources.procedural.symmetry import TURNED
 
@@ -32,8 +32,8 @@ def remote_control(draw: Draw) -> Design:
     return Design(
         (
             Piece(body, "plastic", case, 0.75),
-            Piece(pad + dial, "rubber", key_colour, 0.5),
-            Piece(power, "rubber", "red", 0.5),
+            Piece(pad + dial.seen_only(), "rubber", key_colour, 0.5),
+            Piece(power.seen_only(), "rubber", "red", 0.5),
         )
     )
 
@@ -53,9 +53,9 @@ def phone(draw: Draw) -> Design:
     return Design(
         (
             Piece(body, "aluminium", colour, 0.8),
-            Piece(screen, "glass", "black"),
+            Piece(screen.seen_only(), "glass", "black"),
             Piece(bump, "aluminium", colour),
-            Piece(lenses, "glass", "black"),
+            Piece(lenses.seen_only(), "glass", "black"),
         )
     )
 
@@ -83,7 +83,7 @@ def camera(draw: Draw) -> Design:
     leather = draw.one("black", "graphite", "brown", "navy") if colour != "black" else "graphite"
     pieces = (
         Piece(body + hump, "plastic", colour, 0.9),
-        Piece(band, "leather", leather, 0.05),
+        Piece(band.seen_only(), "leather", leather, 0.05),
         Piece(lens, "plastic", "black", 1.3),
         Piece(dials, "aluminium", "steel"),
         Piece(front, "glass", "indigo"),
@@ -115,9 +115,9 @@ def game_controller(draw: Draw) -> Design:
     places = ((0.044, 0.026, "green"), (0.044, 0.01, "red"), (0.052, 0.018, "blue"), (0.036, 0.018, "yellow"))
     pieces = [
         Piece(plate + grip + grip.stretch(x=-1), "plastic", colour, 0.75),
-        Piece(sticks + cross.at(-0.044, 0.018, 0.0255), "rubber", dark),
+        Piece(sticks + cross.at(-0.044, 0.018, 0.0255).seen_only(), "rubber", dark),
     ]
-    pieces += [Piece(button.at(x, y), "plastic", tone) for x, y, tone in places]
+    pieces += [Piece(button.at(x, y).seen_only(), "plastic", tone) for x, y, tone in places]
     return Design(tuple(pieces))
 
 
@@ -174,8 +174,8 @@ def keyboard(draw: Draw) -> Design:
 def loudspeaker(draw: Draw) -> Design:
     """A shelf loudspeaker with two cones."""
     x, y, z = draw.size(0.1, 0.12), draw.size(0.09, 0.12), draw.size(0.16, 0.19)
-    cone = ring(x * 0.38, x * 0.28, 0.006, sectors=8).turn("x", 90).at(y=-y / 2, z=z * 0.34)
-    dust = lathe([(x * 0.28, 0), (x * 0.1, 0.005)], rounding=0.002).turn("x", 90).at(y=-y / 2, z=z * 0.34)
+    cone = disc(x * 0.38, 0.006).turn("x", 90).at(y=-y / 2, z=z * 0.34)
+    dust = lathe([(x * 0.28, 0.005), (x * 0.1, 0.009)], rounding=0.002).turn("x", 90).at(y=-y / 2, z=z * 0.34)
     tweeter = (
         lathe([(x * 0.2, 0), (x * 0.2, 0.004), (x * 0.1, 0.008)], rounding=0.002).turn("x", 90).at(y=-y / 2, z=z * 0.76)
     )
@@ -210,8 +210,8 @@ def alarm_clock(draw: Draw) -> Design:
     )
     pieces = (
         Piece(drum, "plastic", colour, 0.8),
-        Piece(face, "paper", "white" if colour != "white" else "sky"),
-        Piece(hour + minute, "plastic", "black"),
+        Piece(face.seen_only(), "paper", "white" if colour != "white" else "sky"),
+        Piece((hour + minute).seen_only(), "plastic", "black"),
         Piece(weld(pairs), "steel", metal, 0.4),
     )
     return Design(pieces)

@@ -3,10 +3,17 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from clutter6d.assets.asset import SMALL_EXTENT_M
 from clutter6d.assets.sources.procedural.design import Design, Draw
 from clutter6d.seeding import generator
 
 Range = tuple[float, float]
+
+LARGE_SHARE = 2 / 3
+"""Share of large objects in a family that has both, which makes about four tenths of all objects large."""
+
+HEAVIEST_KG = (1.8, 3.0)
+"""The range from which the mass is drawn above which an object is made hollow: the arm has to push it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +24,7 @@ class Family:
         name: The kind; also the objects' category.
         draw: Draws one object in natural proportions; it is scaled afterwards.
         small: Range of the longest side [m] of its small objects, if there are any.
-        large: The same of its large objects; a family that has both alternates.
+        large: The same of its large objects; a family that has both draws which.
     """
 
     name: str
@@ -28,9 +35,11 @@ class Family:
     def design(self, seed: int, index: int) -> Design:
         """The family's object of some index; depends on nothing but the arguments."""
         draw = Draw(generator(seed, "procedural", self.name, index))
-        ranges = [sizes for sizes in (self.small, self.large) if sizes is not None]
-        longest_m = draw.size(*ranges[index % len(ranges)])
-        return self.draw(draw).scaled_to(longest_m)
+        is_large = draw.chance(LARGE_SHARE)
+        first, second = (self.large, self.small) if is_large else (self.small, self.large)
+        longest_m = draw.size(*(first or second or SMALL_EXTENT_M))
+        heaviest_kg = draw.size(*HEAVIEST_KG)
+        return self.draw(draw).scaled_to(longest_m).no_heavier_than(heaviest_kg)
 
 
 def family(*, small: Range | None = None, large: Range | None = None) -> Callable[[Callable[[Draw], Design]], Family]:

@@ -38,11 +38,12 @@ def pipe_elbow(draw: Draw) -> Design:
     radius, bend = draw.size(0.018, 0.026), draw.size(0.035, 0.05)
     arc = [(bend * (1 - np.cos(t)), 0.0, bend * np.sin(t)) for t in np.linspace(0, np.pi / 2, 5)]
     tube = bar([(0, 0, -0.02), *arc, (bend + 0.02, 0, bend)], radius * 2)
-    collar = ring(radius * 1.25, radius * 0.8, 0.022)
+    collar, hole = disc(radius * 1.25, 0.022), disc(radius * 0.95, 0.001, rounding=0.0003)
+    holes = hole.at(z=-0.0425) + hole.turn("y", 90).at(x=bend + 0.0416, z=bend)
     ends = collar.at(z=-0.042) + collar.turn("y", 90).at(x=bend + 0.02, z=bend)
     made_of = draw.one("plastic", "brass", "steel")
     colour = draw.one("grey", "white", "orange", "graphite") if made_of == "plastic" else draw.colour(made_of)
-    return Design((Piece(tube + ends, made_of, colour, 0.5),))
+    return Design((Piece(tube + ends, made_of, colour, 0.35), Piece(holes.seen_only(), made_of, "black", 0.1)))
 
 
 @family(small=(0.1, 0.2), large=(0.25, 0.3))
@@ -55,10 +56,19 @@ def pipe_tee(draw: Draw) -> Design:
     ends = weld(
         [collar.at(z=reach * 0.6), collar.turn("x", 180).at(z=-reach * 0.6), collar.turn("y", 90).at(x=reach * 0.6)]
     )
+    hole = disc(radius * 0.95, 0.001, rounding=0.0003).at(z=reach - 0.0006)
+    holes = weld([hole, hole.turn("x", 180), hole.turn("y", 90)])
     made_of = draw.one("plastic", "brass", "steel")
     colour = draw.one("grey", "white", "orange", "blue") if made_of == "plastic" else draw.colour(made_of)
     fill = 0.55 if made_of == "plastic" else 0.35
-    return Design((Piece(run + branch, made_of, colour, fill), Piece(ends, made_of, colour, fill)), HALF_TURN_X)
+    return Design(
+        (
+            Piece(run + branch, made_of, colour, fill),
+            Piece(ends, made_of, colour, fill),
+            Piece(holes.seen_only(), made_of, "black", 0.1),
+        ),
+        HALF_TURN_X,
+    )
 
 
 @family(small=(0.06, 0.2), large=(0.25, 0.3))
@@ -66,7 +76,7 @@ def spool(draw: Draw) -> Design:
     """A spool of thread, wire or cable."""
     radius, height, core = draw.size(0.03, 0.05), draw.size(0.045, 0.09), draw.size(0.5, 0.85)
     flange = disc(radius, height * 0.09, rounding=0.002)
-    wound = disc(radius * core, height, rounding=0.001)
+    wound = disc(radius * core, height * 0.9, rounding=0.001).at(z=height * 0.05)
     made_of = draw.one("wood", "plastic")
     thread = draw.one("red", "navy", "copper", "mustard", "teal", "rose", "forest", "white", "violet")
     pieces = (

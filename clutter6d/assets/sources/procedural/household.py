@@ -55,13 +55,13 @@ def shoe(draw: Draw) -> Design:
     )
     made_of = draw.one("leather", "fabric")
     upper = Piece(toe + heel, made_of, draw.colour(made_of), 0.35 if made_of == "leather" else 0.8)
-    trim = Piece(opening, "fabric", draw.one("black", "cream", "graphite"), 0.3)
+    trim = Piece(opening.seen_only(), "fabric", draw.one("black", "cream", "graphite"), 0.3)
     return Design(
         (
             upper,
             Piece(sole, "rubber", draw.one("white", "black", "sand"), 0.5),
             trim,
-            Piece(laces, "fabric", draw.one("white", "black"), 0.5),
+            Piece(laces.seen_only(), "fabric", draw.one("white", "black"), 0.5),
         )
     )
 
@@ -81,7 +81,7 @@ def vase(draw: Draw) -> Design:
     section = polygon_outline(sides, 0.1) if sides else None
     body = lathe(shape, rounding=0.05, outline=section) if section else lathe(shape, rounding=0.05)
     mouth = disc(shape[-1][0] * 0.8, 0.002, rounding=0.0005).at(z=height - 0.001)
-    pieces = (Piece(body, made_of, draw.colour(made_of), 0.4), Piece(mouth, made_of, "black", 0.05))
+    pieces = (Piece(body, made_of, draw.colour(made_of), 0.4), Piece(mouth.seen_only(), made_of, "black", 0.05))
     return Design(pieces, pyramid(sides) if sides else TURNED)
 
 
@@ -103,10 +103,10 @@ def dumbbell(draw: Draw) -> Design:
     return Design(pieces, Symmetry((("x", 6), ("z", 2))) if has_corners else Symmetry((("z", 2),), continuous="x"))
 
 
-@family(small=(0.07, 0.22), large=(0.25, 0.3))
+@family(small=(0.07, 0.2), large=(0.25, 0.3))
 def candle(draw: Draw) -> Design:
     """A pillar candle or a taper, with its wick."""
-    radius, height = draw.size(0.022, 0.04), draw.size(0.06, 0.18)
+    radius, height = draw.size(0.018, 0.032), draw.size(0.07, 0.2)
     body = lathe([(radius, 0), (radius, height)], rounding=0.004)
     wick = lathe([(0.0015, height - 0.001), (0.001, height + 0.01)], rounding=0.0002)
     return Design((Piece(body, "wax", draw.colour("wax")), Piece(wick, "fabric", "graphite")), TURNED)
@@ -203,8 +203,8 @@ def scrubbing_brush(draw: Draw) -> Design:
 def plant_pot(draw: Draw) -> Design:
     """A flower pot with a rim, empty."""
     radius, height = draw.size(0.05, 0.06), draw.size(0.075, 0.105)
-    body = cup([(radius * 0.66, 0), (radius * 0.96, height)], wall=0.005, floor=0.007, sectors=8)
-    collar = ring(radius * 1.06, radius * 0.88, height * 0.2, sectors=8).at(z=height * 0.82)
+    body = cup([(radius * 0.66, 0), (radius * 0.96, height)], wall=0.005, floor=0.007, sectors=7)
+    collar = ring(radius * 1.06, radius * 0.88, height * 0.2, sectors=7).at(z=height * 0.82)
     made_of = draw.one("clay", "clay", "ceramic", "plastic")
     colour = draw.one("terracotta", "brick", "sand") if made_of == "clay" else draw.colour(made_of)
     return Design((Piece(body, made_of, colour), Piece(collar, made_of, colour)), TURNED)
@@ -218,7 +218,7 @@ def paper_roll(draw: Draw) -> Design:
     core = ring(0.0212, 0.019, height, sectors=8)
     pieces = (
         Piece(body, "paper", draw.one("white", "white", "cream", "sky"), 0.2),
-        Piece(core, "cardboard", "kraft", 0.6),
+        Piece(core.seen_only(), "cardboard", "kraft", 0.6),
     )
     return Design(pieces, SPOOL)
 
@@ -257,7 +257,7 @@ def padlock(draw: Draw) -> Design:
             draw.one("brass", "copper") if made_of == "brass" else draw.one("iron", "red", "blue", "steel"),
             0.7,
         ),
-        Piece(plate, "steel", "graphite", 0.05),
+        Piece(plate.seen_only(), "steel", "graphite", 0.05),
         Piece(bow, "steel", "steel"),
     )
     return Design(pieces, Symmetry((("z", 2),)))
@@ -315,6 +315,6 @@ def piggy_bank(draw: Draw) -> Design:
     pieces = (
         Piece(weld([belly, legs, ears, tail]), "ceramic", colour, 0.4),
         Piece(snout, "ceramic", draw.one(colour, "rose"), 0.6),
-        Piece(slot, "ceramic", "graphite", 0.1),
+        Piece(slot.seen_only(), "ceramic", "graphite", 0.1),
     )
     return Design(pieces)

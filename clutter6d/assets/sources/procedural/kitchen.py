@@ -35,7 +35,6 @@ def pot(draw: Draw) -> Design:
     radius, height = draw.size(0.075, 0.09), draw.size(0.085, 0.12)
     made_of = draw.one("steel", "aluminium", "ceramic")
     wall = 0.005 if made_of == "ceramic" else 0.003
-    body = cup([(radius, 0), (radius, height)], wall=wall, floor=0.005, sectors=10, rounding=0.006)
     loop = [
         (radius - 0.004, -0.028, 0),
         (radius + 0.022, -0.024, 0),
@@ -44,14 +43,20 @@ def pot(draw: Draw) -> Design:
     ]
     handle = bar(loop, 0.009, 0.011, side=(0, 0, 1), rounding=0.012).at(z=height * 0.82)
     colour = draw.colour(made_of)
-    pieces = [Piece(body, made_of, colour), Piece(handle + handle.turn("z", 180), made_of, "graphite")]
+    handles = Piece(handle + handle.turn("z", 180), made_of, "graphite")
     if draw.chance(0.5):
-        lid = lathe([(radius * 1.02, height), (radius * 0.95, height + 0.006), (0.02, height + 0.016)], rounding=0.008)
-        pieces.append(Piece(lid, made_of, colour, 0.4))
-        pieces.append(
-            Piece(lathe([(0.008, 0), (0.015, 0.012), (0.013, 0.018)]).at(z=height + 0.015), "plastic", "black")
-        )
-    return Design(tuple(pieces), HALF_TURN_Z)
+        body = cup([(radius, 0), (radius, height)], wall=wall, floor=0.005, sectors=8, rounding=0.006)
+        return Design((Piece(body, made_of, colour), handles), HALF_TURN_Z)
+    closed = disc(radius, height, rounding=0.006)
+    lid = lathe([(radius * 1.02, height), (radius * 0.95, height + 0.006), (0.02, height + 0.016)], rounding=0.008)
+    knob = lathe([(0.008, 0), (0.015, 0.012), (0.013, 0.018)]).at(z=height + 0.015)
+    pieces = (
+        Piece(closed, made_of, colour, 0.12),
+        handles,
+        Piece(lid, made_of, colour, 0.4),
+        Piece(knob, "plastic", "black"),
+    )
+    return Design(pieces, HALF_TURN_Z)
 
 
 @family(large=(0.26, 0.35))

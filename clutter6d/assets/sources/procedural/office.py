@@ -16,9 +16,13 @@ def book(draw: Draw) -> Design:
     pages = box(length - 0.006, width - 0.004, thickness, rounding=0.001).at(z=cover, y=-0.001)
     board = box(length, width, cover, rounding=0.001)
     spine = box(length, 0.004, thickness + 2 * cover, rounding=0.003).at(y=width / 2)
+    block = box(length, width, thickness + 2 * cover).at(y=0.001)
     binding = weld([board, board.at(z=thickness + cover), spine])
     colour = draw.one("red", "navy", "forest", "mustard", "plum", "teal", "graphite", "terracotta", "sky", "sage")
-    return Design((Piece(pages, "paper", "ivory", 0.85), Piece(binding, "cardboard", colour)), HALF_TURN_Y)
+    return Design(
+        (Piece(pages.seen_only(), "paper", "ivory", 0.85), Piece(binding.felt_as(block), "cardboard", colour)),
+        HALF_TURN_Y,
+    )
 
 
 @family(small=(0.12, 0.19))
@@ -79,12 +83,12 @@ def pencil_cup(draw: Draw) -> Design:
 def tape_roll(draw: Draw) -> Design:
     """A roll of adhesive tape."""
     radius, height = draw.size(0.04, 0.055), draw.size(0.02, 0.048)
-    tape = ring(radius, radius * 0.74, height, sectors=10)
-    core = ring(radius * 0.745, radius * 0.68, height * 0.99, sectors=10)
+    tape = ring(radius, radius * 0.7, height, sectors=8)
+    core = ring(radius * 0.71, radius * 0.66, height * 0.99)
     core = core.at(z=height * 0.005)
     colour = draw.one("sand", "graphite", "clear", "red", "blue", "mustard", "green")
     tape_only = Piece(tape, "plastic", colour)
-    return Design((tape_only, Piece(core, "cardboard", "kraft")), SPOOL)
+    return Design((tape_only, Piece(core.seen_only(), "cardboard", "kraft")), SPOOL)
 
 
 @family(small=(0.13, 0.2))
@@ -114,5 +118,6 @@ def ring_binder(draw: Draw) -> Design:
     label = box(0.0012, spine * 0.5, length * 0.4, rounding=0.001).at(x=-width / 2 - 0.0004, z=length * 0.3)
     colour = draw.one("graphite", "red", "blue", "forest", "mustard", "grey")
     return Design(
-        (Piece(wedge, "cardboard", colour, draw.size(0.2, 0.45)), Piece(label, "paper", "white", 0.1)), HALF_TURN_X
+        (Piece(wedge, "cardboard", colour, draw.size(0.2, 0.45)), Piece(label.seen_only(), "paper", "white", 0.1)),
+        HALF_TURN_X,
     )

@@ -15,7 +15,7 @@ def closed_box(draw: Draw) -> Design:
     colour = draw.colour("cardboard")
     body = box(x, y, z, rounding=0.002)
     band = box(x * draw.size(0.25, 0.5), y + 0.0008, z + 0.0008, rounding=0.002).at(z=-0.0004)
-    stripe = Piece(band, "cardboard", draw.one("white", "cream", "navy", "red", "forest", "mustard"), 0.01)
+    stripe = Piece(band.seen_only(), "cardboard", draw.one("white", "cream", "navy", "red", "forest", "mustard"), 0.01)
     return Design((Piece(body, "cardboard", colour, draw.size(0.12, 0.9)), stripe), BOX)
 
 
@@ -61,7 +61,9 @@ def tissue_box(draw: Draw) -> Design:
     box_piece = Piece(
         box(x, y, z), "cardboard", draw.one("sky", "mint", "rose", "sand", "teal", "violet", "sage"), 0.22
     )
-    return Design((box_piece, Piece(opening, "cardboard", "graphite", 0.01), Piece(tissue, "paper", "white", 0.15)))
+    return Design(
+        (box_piece, Piece(opening.seen_only(), "cardboard", "graphite", 0.01), Piece(tissue, "paper", "white", 0.15))
+    )
 
 
 @family(small=(0.14, 0.24), large=(0.25, 0.3))

@@ -1,6 +1,7 @@
 """Primitive solids: slabs and boxes, turned bodies, cups, rings and swept bars. All else is composed of these."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float64
@@ -181,7 +182,7 @@ def bar(
     fine = rounded(stations, rounding, steps=4)
     shell = loft(_swept(fine, fine_section, np.asarray(side, dtype=float)))
     coarse = _swept(stations, coarse_section, np.asarray(side, dtype=float))
-    return Solid((shell,), tuple(np.concatenate(pair) for pair in zip(coarse[:-1], coarse[1:], strict=True)))
+    return Solid((shell,), tuple(np.concatenate(pair) for pair in pairwise(coarse)))
 
 
 def _swept(stations: Float64[np.ndarray, "station 5"], section: Curve, side: Float64[np.ndarray, "3"]) -> list[Points]:

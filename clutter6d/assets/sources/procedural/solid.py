@@ -37,6 +37,14 @@ class Solid:
         """Both bodies, welded."""
         return Solid(self.shells + other.shells, self.parts + other.parts)
 
+    def seen_only(self) -> "Solid":
+        """The body without its convex parts: a thin label, a button, a seam that physics need not feel."""
+        return Solid(self.shells, ())
+
+    def felt_as(self, other: "Solid") -> "Solid":
+        """The body as it looks, with the convex parts of another."""
+        return Solid(self.shells, other.parts)
+
     def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
         """The body, moved."""
         return self._mapped(np.eye(3), np.array([x, y, z]))

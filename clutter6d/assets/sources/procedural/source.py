@@ -4,6 +4,7 @@ import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from types import MappingProxyType
 
@@ -32,11 +33,12 @@ VERSION = "v1"
 DEFAULT_COUNT = 512
 _KEY = re.compile(rf"{VERSION}/(?P<family>[a-z-]+)/(?P<index>\d{{4,}})/seed(?P<seed>\d+)")
 _THEMES = (tableware, kitchen, containers, packaging, office, tools, hardware, toys, electronics, household)
+_OF_THEME = [[item for item in vars(theme).values() if isinstance(item, Family)] for theme in _THEMES]
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
-    {item.name: item for theme in _THEMES for item in vars(theme).values() if isinstance(item, Family)}
+    {item.name: item for row in zip_longest(*_OF_THEME) for item in row if item is not None}
 )
-"""Every family by name, theme by theme."""
+"""Every family by name, one of each theme in turn, so that a few objects are already various."""
 
 
 class ProceduralSource:

@@ -113,8 +113,12 @@ def screwdriver(draw: Draw) -> Design:
         draw.one("red", "yellow", "blue", "orange", "green", "amber"),
         "black",
     )
-    pieces = (Piece(handle, made_of, colour), Piece(band, made_of, second, 0.05), Piece(rod + point, "steel", "steel"))
-    return Design(tuple(Piece(p.solid.turn("y", 90), p.material, p.colour, p.fill) for p in pieces), HALF_TURN_X)
+    pieces = (
+        Piece(handle, made_of, colour),
+        Piece(band.seen_only(), made_of, second, 0.05),
+        Piece(rod + point, "steel", "steel"),
+    )
+    return Design(pieces, HALF_TURN_X).turn("y", 90)
 
 
 @family(small=(0.12, 0.24), large=(0.25, 0.3))
@@ -128,8 +132,12 @@ def torch(draw: Draw) -> Design:
     lens = disc(head * 0.88, 0.003, rounding=0.0005).at(z=length - 0.001)
     colour = draw.one("graphite", "black", "red", "yellow", "blue", "steel")
     made_of = draw.one("aluminium", "plastic")
-    parts = ((body, made_of, colour, 0.6), (grip, "rubber", "black", 0.05), (lens, "glass", "clear", 0.5))
-    return Design(tuple(Piece(solid.turn("y", 90), *rest) for solid, *rest in parts), TURNED_X)
+    pieces = (
+        Piece(body, made_of, colour, 0.6),
+        Piece(grip.seen_only(), "rubber", "black", 0.05),
+        Piece(lens.seen_only(), "glass", "clear", 0.5),
+    )
+    return Design(pieces, TURNED_X).turn("y", 90)
 
 
 @family(small=(0.15, 0.24), large=(0.25, 0.3))
@@ -214,7 +222,7 @@ def pliers(draw: Draw) -> Design:
     )
 
 
-@family(small=(0.1, 0.16))
+@family(small=(0.065, 0.11))
 def socket(draw: Draw) -> Design:
     """A long hexagonal socket for a ratchet."""
     radius, length = draw.size(0.014, 0.019), draw.size(0.06, 0.08)
@@ -225,4 +233,4 @@ def socket(draw: Draw) -> Design:
         sectors=8,
     )
     collar = ring(radius * 1.02, radius * 0.7, 0.006).at(z=length * 0.97)
-    return Design((Piece(body + collar, "steel", draw.one("steel", "iron")),), TURNED)
+    return Design((Piece(body + collar.seen_only(), "steel", draw.one("steel", "iron")),), TURNED)

@@ -2,7 +2,7 @@
 
 from clutter6d.assets.sources.procedural.design import Design, Draw, Piece
 from clutter6d.assets.sources.procedural.family import family
-from clutter6d.assets.sources.procedural.primitives import bar, box, disc, lathe, ring, slab
+from clutter6d.assets.sources.procedural.primitives import bar, box, disc, lathe, slab
 from clutter6d.assets.sources.procedural.solid import Solid, weld
 from clutter6d.assets.sources.procedural.symmetry import CUBE, HALF_TURN_Z, TURNED
 
@@ -50,7 +50,7 @@ def toy_car(draw: Draw) -> Design:
             Piece(body, made_of, colour, fill),
             Piece(top, made_of, glass, fill),
             Piece(tyres, "rubber", "black"),
-            Piece(hubs, "plastic", "yellow", 0.1),
+            Piece(hubs.seen_only(), "plastic", "yellow", 0.1),
         )
     )
 
@@ -73,7 +73,7 @@ def duck(draw: Draw) -> Design:
         (
             Piece(belly + tail + head, made_of, colour, fill),
             Piece(beak, made_of, "orange", fill),
-            Piece(eyes, "plastic", "black", 0.2),
+            Piece(eyes.seen_only(), "plastic", "black", 0.2),
         )
     )
 
@@ -100,8 +100,8 @@ def toy_house(draw: Draw) -> Design:
         Piece(box(x, y, z, rounding=0.002), made_of, wall, fill),
         Piece(roof, made_of, tiles, fill),
         Piece(chimney, made_of, "brick", fill),
-        Piece(door, made_of, "walnut", 0.1),
-        Piece(panes, made_of, "graphite", 0.1),
+        Piece(door.seen_only(), made_of, "walnut", 0.1),
+        Piece(panes.seen_only(), made_of, "graphite", 0.1),
     )
     return Design(pieces)
 
@@ -138,7 +138,11 @@ def toy_block(draw: Draw) -> Design:
     dot = disc(edge * 0.3, edge + 0.001, rounding=0.0003).at(z=-edge / 2 - 0.0005)
     dots = weld([dot, dot.turn("x", 90), dot.turn("y", 90)])
     return Design(
-        (Piece(cube, made_of, colour, fill), Piece(dots, made_of, draw.one("white", "cream", "navy"), 0.01)), CUBE
+        (
+            Piece(cube, made_of, colour, fill),
+            Piece(dots.seen_only(), made_of, draw.one("white", "cream", "navy"), 0.01),
+        ),
+        CUBE,
     )
 
 
@@ -210,7 +214,7 @@ def spinning_top(draw: Draw) -> Design:
     """A spinning top."""
     radius = draw.size(0.032, 0.042)
     body = lathe([(0.004, 0), (radius, 0.032), (radius * 0.96, 0.042), (0.012, 0.055)], rounding=0.006)
-    band = ring(radius * 1.01, radius * 0.8, 0.008, sectors=8).at(z=0.033)
+    band = disc(radius * 1.01, 0.008).at(z=0.033)
     stem = lathe([(0.006, 0.05), (0.0045, 0.085), (0.007, 0.095)], rounding=0.003)
     made_of = draw.one("wood", "plastic")
     one, two = draw.one(*BRIGHT), draw.one("white", "pine", "yellow", "navy")
