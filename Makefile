@@ -54,7 +54,7 @@ test-real: $(VENV)/.installed-dev
 	@$(PYTEST) -m real
 
 check: $(VENV)/.installed-dev
-	@echo "make: formatting" && $(BIN)/ruff format --check --quiet --diff .
+	@echo "make: formatting" && $(BIN)/ruff format --check --quiet .
 	@echo "make: linting" && $(BIN)/ruff check --quiet .
 	@echo "make: import layers" && $(BIN)/lint-imports --no-logo
 	@echo "make: types" && $(BIN)/pyright
