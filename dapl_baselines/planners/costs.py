@@ -51,4 +51,4 @@ def fall_cost(
     """Penalty for a target near the edge of the table, and for any object below the table top."""
     is_near_edge = (np.abs(object_poses[:, 0, :2]) > np.array(config.edge_m)).any(axis=-1)
     is_below = (object_poses[..., 2] < -0.02).any(axis=-1)
-    return config.fall_penalty * (is_near_edge.astype(np.float64) + is_below)
+    return np.where(is_near_edge, config.fall_penalty, 0.0) + np.where(is_below, config.fall_penalty, 0.0)

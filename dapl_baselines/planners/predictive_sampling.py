@@ -8,13 +8,15 @@ import dataclasses
 import logging
 from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 from jaxtyping import Float32, Float64, Int
 
-from clutter6d.envs.termination import MAX_CONTROL_STEPS
+from clutter6d.envs.termination import MAX_CONTROL_STEPS, goal_errors
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput, PolicyOptions, identity_hash
 from clutter6d.seeding import generator
+from clutter6d.sim.scene_model import ARM_DOF, SceneModel
 from dapl_baselines.planners.config import PlannerConfig
 from dapl_baselines.planners.rollouts import RolloutSimulator
 from dapl_baselines.planners.search import Plan, search
@@ -33,8 +35,7 @@ class EpisodePlanner:
     """
 
     def __init__(self, episode: Episode, config: PlannerConfig, *, threads: int) -> None:
-        self._episode, self._config = episode, config
-        self._simulator = RolloutSimulator(episode.scene_model, episode.pair, config, threads=threads)
+        self._episode, self._config, self._threads = episode, config, threads
         self._plan: Plan | None = None
         self._planned_at = 0
         self._rounds = 0
@@ -53,7 +54,7 @@ class EpisodePlanner:
         done = step - self._planned_at
         if self._plan is None or done >= len(self._plan.actions):
             return False
-        return self._simulator.is_on_course(self._plan.states[done], state)
+        return is_on_course(self._episode.scene_model, self._plan.states[done], state, self._config)
 
     def _search(self, step: int, state: Float64[np.ndarray, "state"]) -> None:
         episode = self._episode
@@ -61,8 +62,9 @@ class EpisodePlanner:
         def make_rng(attempt: int) -> np.random.Generator:
             return generator(episode.seed, "planner", episode.scene.scene_id, episode.pair_index, step, attempt)
 
+        simulator = RolloutSimulator(episode.scene_model, episode.pair, self._config, threads=self._threads)
         self._plan = search(
-            self._simulator,
+            simulator,
             state,
             max_steps=MAX_CONTROL_STEPS - step,
             max_rounds=self._config.max_rounds - self._rounds,
@@ -79,6 +81,32 @@ class EpisodePlanner:
             self._plan.rounds,
             "reaches the goal" if self._plan.is_success else f"ends at goal cost {self._plan.goal_cost:.2f}",
         )
+
+
+def is_on_course(
+    scene_model: SceneModel,
+    predicted: Float64[np.ndarray, "state"],
+    actual: Float64[np.ndarray, "state"],
+    config: PlannerConfig,
+) -> bool:
+    """Whether a state is near enough to a predicted one for the rest of its plan to hold."""
+    if np.array_equal(predicted, actual):
+        return True
+    expected, found = (joint_positions(scene_model, state) for state in (predicted, actual))
+    errors = goal_errors(expected[ARM_DOF:].reshape(-1, 7), found[ARM_DOF:].reshape(-1, 7))
+    return bool(
+        (errors.position_m < config.follow_position_m).all()
+        and (errors.rotation_rad < config.follow_angle_rad).all()
+        and (np.abs(expected[:ARM_DOF] - found[:ARM_DOF]) < config.follow_angle_rad).all()
+    )
+
+
+def joint_positions(scene_model: SceneModel, state: Float64[np.ndarray, "state"]) -> Float64[np.ndarray, "qpos"]:
+    """The ``qpos`` part of a full state row."""
+    qpos = np.zeros(scene_model.model.nq)
+    whole, part = mujoco.mjtState.mjSTATE_INTEGRATION, mujoco.mjtState.mjSTATE_QPOS
+    mujoco.mj_extractState(scene_model.model, state, int(whole), qpos, int(part))
+    return qpos
 
 
 class PredictiveSamplingPolicy:

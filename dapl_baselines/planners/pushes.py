@@ -142,7 +142,7 @@ def _wanted_motion(
     """Displacement that every surface point should make, for each push's own mix of translation and rotation."""
     translation = (goal[:3] - target_pose[:3]) * np.array([1.0, 1.0, 0.0])
     turn = rotation_vector(target_pose[3:], goal[3:])
-    angle = float(_length(turn))
+    angle = float(np.sqrt((turn**2).sum()))
     intent = rng.random(count)
     only_move, only_turn, _ = config.intent_shares
     moves = (intent < only_move) | (intent >= only_move + only_turn)
@@ -158,7 +158,7 @@ def rotation_vector(start: Float64[np.ndarray, "4"], goal: Float64[np.ndarray, "
     """The world-frame rotation vector [rad] that turns ``start`` to ``goal`` the short way."""
     turn = quat_multiply(goal, quat_conjugate(start))
     turn = turn if turn[0] >= 0 else -turn
-    sine = float(_length(turn[1:]))
+    sine = float(np.sqrt((turn[1:] ** 2).sum()))
     return np.zeros(3) if sine < 1e-9 else 2 * np.arctan2(sine, turn[0]) * turn[1:] / sine
 
 

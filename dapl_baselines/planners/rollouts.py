@@ -82,19 +82,6 @@ class RolloutSimulator:
         self._batch.states[0] = state
         return float(goal_cost(self._batch.object_poses[:1, 0], self.goal, rotation_weight, self._config.cost)[0])
 
-    def is_on_course(self, predicted: Float64[np.ndarray, "state"], actual: Float64[np.ndarray, "state"]) -> bool:
-        """Whether a state is near enough to a predicted one for the rest of its plan to hold."""
-        if np.array_equal(predicted, actual):
-            return True
-        self._batch.states[0], self._batch.states[1] = predicted, actual
-        poses, arm = self._batch.object_poses, self._batch.arm_qpos
-        errors = goal_errors(poses[0], poses[1])
-        return bool(
-            (errors.position_m < self._config.follow_position_m).all()
-            and (errors.rotation_rad < self._config.follow_angle_rad).all()
-            and (np.abs(arm[0] - arm[1]) < self._config.follow_angle_rad).all()
-        )
-
     def run(
         self,
         state: Float64[np.ndarray, "state"],

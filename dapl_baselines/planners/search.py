@@ -115,8 +115,8 @@ def _attempt(
 
 def _finish(
     simulator: RolloutSimulator,
-    actions: list[Float32[np.ndarray, "part 7"]],
-    states: list[Float64[np.ndarray, "part state"]],
+    actions: list[Float32[np.ndarray, "_ 7"]],
+    states: list[Float64[np.ndarray, "_ state"]],
     steps: int,
     rounds: int,
     config: PlannerConfig,
