@@ -40,18 +40,18 @@ class LazyCommand(TyperCommand):
         self._entry = entry
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
-        """Import the command and let it read its arguments."""
-        return _as_command(self._entry.name, self._entry.load()).make_context(info_name, args, parent, **extra)
+        """Let the imported command read its arguments."""
+        return self.load().make_context(info_name, args, parent, **extra)
 
-
-def _as_command(name: str, loaded: Any) -> TyperCommand | TyperGroup:
-    app = loaded
-    if not isinstance(loaded, typer.Typer):
-        app = typer.Typer(add_completion=False)
-        app.command(name)(loaded)
-    command: Any = typer.main.get_command(app)
-    command.name = name
-    return command
+    def load(self) -> TyperCommand | TyperGroup:
+        """Import the command itself: an app, or a function that becomes one."""
+        app = loaded = self._entry.load()
+        if not isinstance(loaded, typer.Typer):
+            app = typer.Typer(add_completion=False)
+            app.command(self._entry.name)(loaded)
+        command: Any = typer.main.get_command(app)
+        command.name = self._entry.name
+        return command
 
 
 def _summary(entry: EntryPoint) -> str:
