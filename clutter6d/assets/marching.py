@@ -52,9 +52,7 @@ def march_tetrahedra(
     return _crossings(field, unique), faces.reshape(-1, 3)
 
 
-def _crossed_edges(
-    tetrahedra: Int[np.ndarray, "tetrahedron 4"], inside: np.ndarray
-) -> Int[np.ndarray, "face 3 2"]:
+def _crossed_edges(tetrahedra: Int[np.ndarray, "tetrahedron 4"], inside: np.ndarray) -> Int[np.ndarray, "face 3 2"]:
     """For every triangle, the three grid edges its corners lie on, each as its two nodes."""
     case = inside @ np.array([1, 2, 4, 8])
     triangles: list[np.ndarray] = []

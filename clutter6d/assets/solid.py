@@ -64,7 +64,8 @@ def manifold_arrays(
 ) -> tuple[Float[np.ndarray, "vertex 3"], Int[np.ndarray, "face 3"]]:
     """Vertices and triangles of a manifold."""
     mesh = manifold.to_mesh64()
-    return np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3], np.asarray(mesh.tri_verts, dtype=np.int64)
+    vertices = np.array(mesh.vert_properties[:, :3], dtype=np.float64, order="C")
+    return vertices, np.array(mesh.tri_verts, dtype=np.int64, order="C")
 
 
 def to_manifold(
@@ -98,11 +99,13 @@ def close_solid(
     soup.update_faces(soup.nondegenerate_faces() & soup.unique_faces())
     united = _unite_components(soup, settings.max_components)
     if united is not None:
-        return ClosedSolid(manifold=_simplify(united, settings), was_watertight=True, fallbacks=())
+        return ClosedSolid(manifold=simplify_solid(united, settings.faces), was_watertight=True, fallbacks=())
     wrapped = _wrap(np.asarray(soup.vertices), np.asarray(soup.faces), settings)
     if wrapped is None:
         raise MeshRejectedError("no-solid", "no closed solid of positive volume could be made of its triangles")
-    return ClosedSolid(manifold=_simplify(wrapped, settings), was_watertight=False, fallbacks=("solid:wrapped",))
+    return ClosedSolid(
+        manifold=simplify_solid(wrapped, settings.faces), was_watertight=False, fallbacks=("solid:wrapped",)
+    )
 
 
 def _unite_components(soup: trimesh.Trimesh, max_components: int) -> manifold3d.Manifold | None:
@@ -168,17 +171,17 @@ def _is_outside(is_free: Bool[np.ndarray, "x y z"]) -> Bool[np.ndarray, "x y z"]
     return labels == labels[0, 0, 0]
 
 
-def _simplify(solid: manifold3d.Manifold, settings: SolidSettings) -> manifold3d.Manifold:
+def simplify_solid(solid: manifold3d.Manifold, max_faces: int) -> manifold3d.Manifold:
     """The solid with at most about the wanted number of faces, if it stays a solid."""
     box = solid.bounding_box()
     longest = max(box[3 + axis] - box[axis] for axis in range(3))
     for tolerance in (1e-4, 5e-4, 1e-3):
-        if solid.num_tri() <= settings.faces:
+        if solid.num_tri() <= max_faces:
             return solid
         simpler = solid.simplify(tolerance * longest)
         if not simpler.is_empty() and simpler.volume() > 0:
             solid = simpler
-    if solid.num_tri() <= settings.faces:
+    if solid.num_tri() <= max_faces:
         return solid
-    points, triangles = fast_simplification.simplify(*manifold_arrays(solid), target_count=settings.faces)
+    points, triangles = fast_simplification.simplify(*manifold_arrays(solid), target_count=max_faces)
     return to_manifold(np.asarray(points, dtype=np.float64), np.asarray(triangles)) or solid

@@ -1,0 +1,143 @@
+"""Processing a whole source into a library: in child processes, resumable, everything on record."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from clutter6d.assets.asset import Asset
+from clutter6d.assets.decomposition import Effort
+from clutter6d.assets.library import AssetLibrary, ProcessingRecord
+from clutter6d.assets.processing import ProcessingSettings, process_object
+from clutter6d.assets.sources.base import AssetSource, SourceObject
+from clutter6d.errors import MeshRejectedError
+from clutter6d.executor import TaskFailure, TaskLimits, TaskResult, map_tasks
+
+_LESS_EFFORT: dict[Effort, Effort] = {"normal": "coarse", "coarse": "hull"}
+_REASONS = {"crash": "crashed", "timeout": "timed-out", "memory": "out-of-memory", "error": "failed"}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RunSettings:
+    """How a source is processed; none of this changes an asset.
+
+    Attributes:
+        workers: Child processes.
+        seconds: Time that one object may take at one effort.
+        memory_bytes: Address space that one object may use.
+    """
+
+    workers: int = 1
+    seconds: float = 60.0
+    memory_bytes: int = 4 << 30
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Job:
+    item: SourceObject
+    fingerprint: str
+    effort: Effort = "normal"
+    fallbacks: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """What a worker does; sent to it once."""
+
+    source: AssetSource
+    settings: ProcessingSettings = field(default_factory=ProcessingSettings)
+
+    def __call__(self, job: _Job) -> Asset:
+        return process_object(self.source, job.item, self.settings, effort=job.effort)
+
+
+def settings_as_stored(settings: ProcessingSettings) -> dict[str, Any]:
+    """The settings as plain values, as a library keeps them."""
+    return json.loads(json.dumps(asdict(settings)))
+
+
+def run(
+    source: AssetSource,
+    items: Sequence[SourceObject],
+    library: AssetLibrary,
+    settings: ProcessingSettings,
+    run_settings: RunSettings,
+) -> Iterator[ProcessingRecord]:
+    """Process objects and yield the record of each; those with a record already are yielded from it.
+
+    An object whose convex parts killed the process is tried again coarser, then as its hull.
+
+    Raises:
+        StorageError: The library cannot be written; everything finished before is kept.
+    """
+    jobs: list[_Job] = []
+    for item in items:
+        job = _Job(item=item, fingerprint=fingerprint_of(source, item, settings))
+        record = library.record(job.fingerprint)
+        if record is None:
+            jobs.append(job)
+        else:
+            yield record
+    limits = TaskLimits(seconds=run_settings.seconds, memory_bytes=run_settings.memory_bytes)
+    while jobs:
+        again: list[_Job] = []
+        for result in map_tasks(_Task(source, settings), jobs, workers=run_settings.workers, limits=limits):
+            retry = _retry(result)
+            if retry is not None:
+                again.append(retry)
+                continue
+            yield _store(library, source, result)
+        jobs = again
+
+
+def fingerprint_of(source: AssetSource, item: SourceObject, settings: ProcessingSettings) -> str:
+    """The key of the processing cache: the object's own fingerprint and the settings."""
+    content = [source.name, source.fingerprint(item), settings_as_stored(settings)]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def _retry(result: TaskResult[_Job, Asset]) -> _Job | None:
+    """The same job with less effort, if its convex parts are what killed it."""
+    job, failure = result.item, result.failure
+    if failure is None or failure.stage != "decomposition" or isinstance(failure.error, MeshRejectedError):
+        return None
+    if job.effort not in _LESS_EFFORT:
+        return None
+    note = f"decomposition:{job.effort}-{_REASONS[failure.kind]}"
+    return replace(
+        job,
+        effort=_LESS_EFFORT[job.effort],
+        fallbacks=(*job.fallbacks, note),
+        seconds=job.seconds + result.seconds,
+    )
+
+
+def _store(library: AssetLibrary, source: AssetSource, result: TaskResult[_Job, Asset]) -> ProcessingRecord:
+    job, asset = result.item, result.value
+    record = ProcessingRecord(
+        fingerprint=job.fingerprint,
+        source=source.name,
+        key=job.item.key,
+        name=job.item.name,
+        status="rejected",
+        seconds=round(job.seconds + result.seconds, 4),
+        fallbacks=job.fallbacks,
+    )
+    if asset is not None:
+        fallbacks = (*job.fallbacks, *asset.quality.fallbacks)
+        asset = library.add(replace(asset, quality=replace(asset.quality, fallbacks=fallbacks)))
+        found = {"asset_name": asset.name, "asset_hash": asset.content_hash, "fallbacks": fallbacks}
+        record = record.model_copy(update={"status": "accepted", **found})
+    elif result.failure is not None:
+        record = record.model_copy(update=_explain(result.failure))
+    library.add_record(record)
+    return record
+
+
+def _explain(failure: TaskFailure) -> dict[str, str]:
+    if isinstance(failure.error, MeshRejectedError):
+        return {"reason": failure.error.reason, "detail": failure.error.detail}
+    where = f" in stage {failure.stage}" if failure.stage else ""
+    return {"reason": _REASONS[failure.kind], "detail": f"{failure.detail}{where}"}
