@@ -35,7 +35,7 @@ class RigidMotion:
     linear_velocity: Float32[np.ndarray, "*frame 3"]
     angular_velocity: Float32[np.ndarray, "*frame 3"]
 
-    def __getitem__(self, key: object) -> "RigidMotion":
+    def __getitem__(self, key: tuple[slice, int]) -> "RigidMotion":
         """The motion of some of the frames."""
         return RigidMotion(
             rotation=self.rotation[key],

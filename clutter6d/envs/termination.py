@@ -66,7 +66,7 @@ def is_dropped(
     object_poses: Float64[np.ndarray, "slot object 7"], config: TerminationConfig
 ) -> Bool[np.ndarray, "slot"]:
     """Whether any object's centre is below the table top by more than ``drop_m``."""
-    return (object_poses[..., 2] < -config.drop_m).any(axis=-1)
+    return np.any(object_poses[..., 2] < -config.drop_m, axis=-1)
 
 
 def find_outcome(

@@ -1,7 +1,7 @@
 """The commands ``clutter6d evaluate`` and ``clutter6d replay``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 from rich.console import Console
@@ -14,6 +14,7 @@ from clutter6d.eval.evaluator import REPORT_FILE, Evaluation, EvaluationConfig
 from clutter6d.eval.policy import PolicyOptions, load_policy
 from clutter6d.eval.replay import Replay
 from clutter6d.eval.report import Report, to_table
+from clutter6d.eval.runner import EpisodeScenes
 from clutter6d.scenegen.scene_set import SceneSet
 from clutter6d.schema import FileModel, read_model, write_model
 
@@ -40,7 +41,7 @@ def evaluate(
     ] = MAX_CONTROL_STEPS,
 ) -> None:
     """Run a policy on scenes and write its table; the result does not depend on --num-envs and --threads."""
-    scene_set = SceneSet.open(scenes)
+    scene_set = _open(scenes)
     loaded = load_policy(policy, PolicyOptions(seed=seed, threads=threads))
     config = EvaluationConfig(pairs=pairs, seed=seed, max_steps=max_steps)
     evaluation = Evaluation(scene_set, loaded, out, config)
@@ -65,7 +66,7 @@ def replay(
     if not folder.is_dir():
         raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
     found = scenes or Path(read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes)
-    check, console = Replay(folder, SceneSet.open(found)), Console()
+    check, console = Replay(folder, _open(found)), Console()
     differing = 0
     with _progress(console) as progress:
         bar = progress.add_task("replaying", total=2 * len(check.keys))
@@ -81,6 +82,10 @@ def replay(
     console.print(f"{len(check.keys) - differing} of {len(check.keys)} episodes identical to the bit")
     if differing or wrong:
         raise typer.Exit(1)
+
+
+def _open(path: Path) -> EpisodeScenes:
+    return cast(EpisodeScenes, SceneSet.open(path))  # its cached properties are properties
 
 
 def _run_policy(evaluation: Evaluation, progress: Progress, name: str, *, num_envs: int, threads: int) -> None:

@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 from jaxtyping import Float, Float64
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from clutter6d.assets.asset import Asset, SymmetryGroup
 from clutter6d.geometry import quat_conjugate, quat_multiply, transform_points
@@ -43,8 +43,8 @@ def symmetric_rotation_error_rad(
 
 def chamfer_distance_m(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "m 3"]) -> float:
     """Symmetric Chamfer distance: the mean of the two directed means of Euclidean nearest-neighbour distances."""
-    there, _ = cKDTree(b).query(a)
-    back, _ = cKDTree(a).query(b)
+    there, _ = KDTree(b).query(a)
+    back, _ = KDTree(a).query(b)
     return float((there.mean() + back.mean()) / 2)
 
 

@@ -16,7 +16,13 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int
 
 from clutter6d.envs.observation import Observation
-from clutter6d.errors import InvalidValueError, MissingDependencyError, MissingFileError, UnknownNameError
+from clutter6d.errors import (
+    Clutter6DError,
+    InvalidValueError,
+    MissingDependencyError,
+    MissingFileError,
+    UnknownNameError,
+)
 from clutter6d.scene import GoalPair, Scene
 from clutter6d.schema import canonical_json
 from clutter6d.sim.scene_model import SceneModel
@@ -170,6 +176,8 @@ def _import(spec: str, target: str, known: Sequence[str] | dict[str, EntryPoint]
         if error.name and (module_name == error.name or module_name.startswith(f"{error.name}.")):
             raise UnknownNameError("policy module", module_name, known) from None
         raise MissingDependencyError(f"policy '{spec}' needs the package '{error.name}': {_line(error)}") from None
+    except Clutter6DError:
+        raise
     except Exception as error:  # noqa: BLE001  a user's module may fail in any way; the message says how
         raise InvalidValueError(f"policy '{spec}': importing {module_name} failed: {_line(error)}") from None
     factory = getattr(module, attribute, None)
