@@ -1,9 +1,13 @@
-"""Asset libraries by name: a source's name stands for a library of its objects, made once in the user's cache."""
+"""Asset libraries by name: ``procedural`` stands for a library of built-in objects, made once in the user's cache."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from clutter6d.assets.library import AssetLibrary
+from clutter6d.assets.processing import ProcessingSettings
+from clutter6d.assets.run import RunSettings, run, settings_as_stored
+from clutter6d.assets.sources.procedural import ProceduralSource
 from clutter6d.errors import UnknownNameError
 
 DEFAULT_LIBRARY = "procedural"
@@ -18,14 +22,31 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "clutter6d"
 
 
-def library_folder(name_or_folder: str) -> Path:
-    """The folder that a ``--library`` option means.
+def open_library(
+    name_or_folder: str, *, workers: int = 1, on_progress: Callable[[int, int], None] = lambda done, total: None
+) -> AssetLibrary:
+    """The library that a ``--library`` option means; the built-in one is made, or completed, if need be.
+
+    Args:
+        name_or_folder: A library's folder, or ``procedural``.
+        workers: Processes that make it.
+        on_progress: Called with the objects done and their total as a library is made.
 
     Raises:
-        UnknownNameError: Neither a library's folder nor a name for one.
+        UnknownNameError: Neither a library's folder nor its name.
+        StorageError: The cache cannot be written.
     """
     if (Path(name_or_folder) / "library.json").is_file():
-        return Path(name_or_folder)
-    if name_or_folder == DEFAULT_LIBRARY:
-        return cache_folder() / f"{DEFAULT_LIBRARY}-{DEFAULT_OBJECTS}"
-    raise UnknownNameError("asset library (no folder with a library.json either)", name_or_folder, [DEFAULT_LIBRARY])
+        return AssetLibrary.open(name_or_folder)
+    if name_or_folder != DEFAULT_LIBRARY:
+        raise UnknownNameError("asset library (and no folder of one)", name_or_folder, [DEFAULT_LIBRARY])
+    return _make_default_library(workers, on_progress)
+
+
+def _make_default_library(workers: int, on_progress: Callable[[int, int], None]) -> AssetLibrary:
+    settings, source = ProcessingSettings(), ProceduralSource()
+    items = source.objects()[:DEFAULT_OBJECTS]
+    library = AssetLibrary.create(cache_folder() / f"{DEFAULT_LIBRARY}-{DEFAULT_OBJECTS}", settings_as_stored(settings))
+    for done, _ in enumerate(run(source, items, library, settings, RunSettings(workers=workers)), start=1):
+        on_progress(done, len(items))
+    return library

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
 from clutter6d.errors import InvalidValueError
 from clutter6d.export.mjcf import export_mjcf
@@ -32,12 +33,12 @@ def generate(
     """Generate certified scenes with 16 goal pairs each."""
     console = Console()
     formats = _parse_formats(export)
-    chosen, assets = find_track(track), open_library(library, console)
-    indices = range(first, first + scenes)
-    scene_set = open_for_generation(assets, chosen, seed, out)
-    done = sum(has_scene(scene_set, chosen, seed, index) for index in indices)
+    chosen, indices = find_track(track), range(first, first + scenes)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
+        assets = _open_library(library, workers, progress)
+        scene_set = open_for_generation(assets, chosen, seed, out)
+        done = sum(has_scene(scene_set, chosen, seed, index) for index in indices)
         bar = progress.add_task(f"{track} scenes", total=scenes, completed=done)
         for _ in generate_scenes(assets, chosen, seed, scene_set, indices, workers=workers):
             progress.advance(bar)
@@ -47,6 +48,16 @@ def generate(
         for scene in scene_set.scenes:
             EXPORTERS[name](scene, scene_set.assets_of(scene), out / name / scene.scene_id)
         console.print(f"exported {len(scene_set.scenes)} scenes to {out / name}")
+
+
+def _open_library(library: str, workers: int, progress: Progress) -> AssetLibrary:
+    """Open a library; the built-in one is made on first use, with a bar of its own."""
+    bar = progress.add_task("built-in objects (once)", total=None, visible=False)
+    return open_library(
+        library,
+        workers=workers,
+        on_progress=lambda done, total: progress.update(bar, completed=done, total=total, visible=True),
+    )
 
 
 def _parse_formats(export: str) -> list[str]:
