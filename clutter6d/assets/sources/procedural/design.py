@@ -9,6 +9,7 @@ from jaxtyping import Float64
 
 from clutter6d.assets.asset import Mesh, VisualMesh
 from clutter6d.assets.sources.base import RawShape
+from clutter6d.assets.sources.procedural.outline import Number
 from clutter6d.assets.sources.procedural.palette import material, rgba
 from clutter6d.assets.sources.procedural.solid import Shell, Solid, hull_mesh, on_grid, union_volume_m3
 from clutter6d.assets.sources.procedural.symmetry import ASYMMETRIC, Symmetry
@@ -22,7 +23,7 @@ class Draw:
 
     rng: np.random.Generator
 
-    def size(self, low: float, high: float) -> float:
+    def size(self, low: Number, high: Number) -> float:
         """A number between the two."""
         return float(self.rng.uniform(low, high))
 
@@ -30,7 +31,7 @@ class Draw:
         """A whole number from low to high, both included."""
         return int(self.rng.integers(low, high + 1))
 
-    def chance(self, probability: float) -> bool:
+    def chance(self, probability: Number) -> bool:
         """Whether something is so."""
         return bool(self.rng.random() < probability)
 
@@ -58,8 +59,8 @@ class Piece:
     solid: Solid
     material: str
     colour: str
-    fill: float = 1.0
-    alpha: float = 1.0
+    fill: Number = 1.0
+    alpha: Number = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,16 +81,16 @@ class Design:
         stacked = np.concatenate(points)
         return float((stacked.max(axis=0) - stacked.min(axis=0)).max())
 
-    def scaled_to(self, longest_m: float) -> "Design":
+    def scaled_to(self, longest_m: Number) -> "Design":
         """The same object with its longest side as given."""
         factor = longest_m / self.longest_m
         return self._mapped(lambda solid: solid.stretch(factor, factor, factor))
 
-    def turn(self, axis: str, degrees: float) -> "Design":
+    def turn(self, axis: str, degrees: Number) -> "Design":
         """The same object, rotated about an axis of the origin; its symmetry is declared for the result."""
         return self._mapped(lambda solid: solid.turn(axis, degrees))
 
-    def no_heavier_than(self, mass_kg: float) -> "Design":
+    def no_heavier_than(self, mass_kg: Number) -> "Design":
         """The same object, its pieces hollowed alike if it would weigh more."""
         factor = min(1.0, mass_kg / self.balance().mass_kg)
         return replace(self, pieces=tuple(replace(piece, fill=piece.fill * factor) for piece in self.pieces))

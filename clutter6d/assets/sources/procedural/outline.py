@@ -6,7 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-Curve = Float64[np.ndarray, "point 2"]
+Curve = Float64[np.ndarray, "_point 2"]
+
+Number = int | float
+"""A literal coordinate: families write 0 as well as 0.0."""
 
 ROUND_POINTS = 48
 
@@ -19,7 +22,7 @@ class Outline:
     coarse: Curve
 
 
-def circle(points: int, radius: float = 1.0, phase: float = 0.5) -> Curve:
+def circle(points: int, radius: Number = 1.0, phase: Number = 0.5) -> Curve:
     """A regular polygon; ``phase`` in steps, so that by default a flat side looks along -y."""
     angles = 2 * np.pi * (np.arange(points) + phase) / points
     return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -35,21 +38,25 @@ def round_outline(sides: int = 12, points: int = ROUND_POINTS) -> Outline:
     return Outline(circle(points), equal_area_circle(sides))
 
 
-def polygon_outline(sides: int, rounding: float = 0.08) -> Outline:
+def polygon_outline(sides: int, rounding: Number = 0.08) -> Outline:
     """A regular polygon of unit circumradius with slightly rounded corners."""
     corners = circle(sides)
     return Outline(rounded(corners, rounding, closed=True), corners)
 
 
-def rectangle_outline(x: float = 2.0, y: float = 2.0, rounding: float = 0.15) -> Outline:
+def rectangle_outline(x: Number = 2.0, y: Number = 2.0, rounding: Number = 0.15) -> Outline:
     """A rectangle with rounded corners; of half side 1 by default."""
     corners = np.array([[x, y], [-x, y], [-x, -y], [x, -y]]) / 2
     return Outline(rounded(corners, rounding, closed=True), corners)
 
 
 def rounded(
-    corners: Sequence[Sequence[float]] | Curve, radius: float, *, closed: bool = False, steps: int = 3
-) -> Curve:
+    corners: Sequence[Sequence[Number]] | Float64[np.ndarray, "_corner _axis"],
+    radius: Number,
+    *,
+    closed: bool = False,
+    steps: int = 3,
+) -> Float64[np.ndarray, "_point _axis"]:
     """A polyline whose corners are replaced by parabolic arcs.
 
     Args:

@@ -9,6 +9,7 @@ from jaxtyping import Float64
 from clutter6d.assets.sources.procedural.outline import (
     ROUND_POINTS,
     Curve,
+    Number,
     Outline,
     circle,
     equal_area_circle,
@@ -21,21 +22,21 @@ from clutter6d.assets.sources.procedural.solid import Points, Solid, loft, weld
 MAX_PART_VERTICES = 32
 MIN_SIDES, MAX_SIDES = 8, 14
 
-Profile = Sequence[tuple[float, float]]
+Profile = Sequence[tuple[Number, Number]]
 """Points (radius, z) from the bottom up."""
 
 ROUND = round_outline()
 SQUARE = rectangle_outline()
 
 
-def ring_at(outline: Curve, radius: float, z: float) -> Points:
+def ring_at(outline: Curve, radius: Number, z: Number) -> Points:
     """An outline of some radius at some height; a single point where the radius is zero."""
     if radius <= 0:
         return np.array([[0.0, 0.0, z]])
     return np.column_stack([outline * radius, np.full(len(outline), z)])
 
 
-def slab(corners: Sequence[tuple[float, float]] | Curve, height: float, *, rounding: float = 0.002) -> Solid:
+def slab(corners: Sequence[tuple[Number, Number]] | Curve, height: Number, *, rounding: Number = 0.002) -> Solid:
     """A flat convex body: corners counter-clockwise, edges rounded for the eye."""
     outline = np.asarray(corners, dtype=float)
     fine, centre = rounded(outline, rounding, closed=True), outline.mean(axis=0)
@@ -47,17 +48,17 @@ def slab(corners: Sequence[tuple[float, float]] | Curve, height: float, *, round
     return Solid((loft(rings),), (np.concatenate(ends),))
 
 
-def box(x: float, y: float, z: float, *, rounding: float = 0.003) -> Solid:
+def box(x: Number, y: Number, z: Number, *, rounding: Number = 0.003) -> Solid:
     """A cuboid with rounded edges."""
     return slab([(x / 2, y / 2), (-x / 2, y / 2), (-x / 2, -y / 2), (x / 2, -y / 2)], z, rounding=rounding)
 
 
-def disc(radius: float, height: float, *, rounding: float = 0.002, outline: Outline = ROUND) -> Solid:
+def disc(radius: Number, height: Number, *, rounding: Number = 0.002, outline: Outline = ROUND) -> Solid:
     """A cylinder."""
     return lathe([(radius, 0.0), (radius, height)], rounding=rounding, outline=outline)
 
 
-def lathe(profile: Profile, *, rounding: float = 0.002, outline: Outline = ROUND) -> Solid:
+def lathe(profile: Profile, *, rounding: Number = 0.002, outline: Outline = ROUND) -> Solid:
     """A solid turned body; one convex part for each convex run of the profile.
 
     Args:
@@ -71,9 +72,9 @@ def lathe(profile: Profile, *, rounding: float = 0.002, outline: Outline = ROUND
     return Solid((shell,), tuple(_turned_part(run, outline) for run in convex_runs(profile)))
 
 
-def convex_runs(profile: Profile) -> list[list[tuple[float, float]]]:
+def convex_runs(profile: Profile) -> list[list[tuple[Number, Number]]]:
     """The profile cut into runs whose turned bodies are convex and small enough for one part."""
-    runs: list[list[tuple[float, float]]] = [[profile[0]]]
+    runs: list[list[tuple[Number, Number]]] = [[profile[0]]]
     for radius, z in profile[1:]:
         run = runs[-1]
         if z - run[-1][1] < 1e-9:
@@ -98,10 +99,10 @@ def _turned_part(run: Profile, outline: Outline) -> Points:
 def cup(
     outer: Profile,
     *,
-    wall: float,
-    floor: float,
+    wall: Number,
+    floor: Number,
     sectors: int = 10,
-    rounding: float = 0.002,
+    rounding: Number = 0.002,
     outline: Outline | None = None,
 ) -> Solid:
     """An open vessel: a floor and a wall of convex sectors.
@@ -126,7 +127,7 @@ def cup(
     return Solid((shell,), (base, *walls))
 
 
-def ring(outer: float, inner: float, height: float, *, sectors: int = 8, outline: Outline | None = None) -> Solid:
+def ring(outer: Number, inner: Number, height: Number, *, sectors: int = 8, outline: Outline | None = None) -> Solid:
     """A body with a round hole through it, along z: a washer, a nut, a short tube."""
     section = outline or round_outline(sectors)
     fine = section.fine if outline is None else _resampled(section.coarse, ROUND_POINTS)
@@ -156,13 +157,13 @@ def _resampled(corners: Curve, points: int) -> Curve:
 
 
 def bar(
-    path: Sequence[Sequence[float]],
-    width: float | Sequence[float],
-    thickness: float | Sequence[float] | None = None,
+    path: Sequence[Sequence[Number]],
+    width: Number | Sequence[Number],
+    thickness: Number | Sequence[Number] | None = None,
     *,
-    side: Sequence[float] = (0.0, 1.0, 0.0),
+    side: Sequence[Number] = (0.0, 1.0, 0.0),
     square: bool = False,
-    rounding: float = 1.0,
+    rounding: Number = 1.0,
 ) -> Solid:
     """A bar swept along a plane path: handles, spouts, rods, cutlery.
 
@@ -201,7 +202,7 @@ def _swept(stations: Float64[np.ndarray, "station 5"], section: Curve, side: Flo
     return rings
 
 
-def open_box(x: float, y: float, z: float, wall: float, *, rounding: float = 0.002) -> Solid:
+def open_box(x: Number, y: Number, z: Number, wall: Number, *, rounding: Number = 0.002) -> Solid:
     """A box without a lid: a floor and four walls."""
     floor = box(x, y, wall, rounding=rounding)
     long, short = box(x, wall, z, rounding=rounding), box(wall, y, z, rounding=rounding)

@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float64, Int32
 
 from clutter6d.assets.asset import Mesh
+from clutter6d.assets.sources.procedural.outline import Number
 
-Points = Float64[np.ndarray, "point 3"]
+Points = Float64[np.ndarray, "_point 3"]
 
 GRID_DIGITS = 6
 """Vertices are rounded to 1e-6 m, so that the last bits of a machine's sines do not reach the asset."""
@@ -45,11 +46,11 @@ class Solid:
         """The body as it looks, with the convex parts of another."""
         return Solid(self.shells, other.parts)
 
-    def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
+    def at(self, x: Number = 0.0, y: Number = 0.0, z: Number = 0.0) -> "Solid":
         """The body, moved."""
         return self._mapped(np.eye(3), np.array([x, y, z]))
 
-    def turn(self, axis: str, degrees: float) -> "Solid":
+    def turn(self, axis: str, degrees: Number) -> "Solid":
         """The body, rotated about the origin's ``x``, ``y`` or ``z`` axis."""
         cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
@@ -57,7 +58,7 @@ class Solid:
         matrix[[i, i, j, j], [i, j, i, j]] = cosine, -sine, sine, cosine
         return self._mapped(matrix, np.zeros(3))
 
-    def stretch(self, x: float = 1.0, y: float = 1.0, z: float = 1.0) -> "Solid":
+    def stretch(self, x: Number = 1.0, y: Number = 1.0, z: Number = 1.0) -> "Solid":
         """The body, scaled along the axes about the origin; a negative factor mirrors it."""
         return self._mapped(np.diag([x, y, z]), np.zeros(3))
 
