@@ -10,6 +10,7 @@ import zipfile
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import clutter6d
@@ -146,3 +147,10 @@ def test_the_wheel_works_without_the_repository(wheel: zipfile.ZipFile, tmp_path
     )
     assert result.returncode == 0, result.stderr
     assert result.stdout.startswith(str(tmp_path))
+
+
+def test_types_and_shapes_are_checked_while_the_tests_run() -> None:
+    from clutter6d.geometry import quat_conjugate
+
+    with pytest.raises(TypeError, match="quat"):
+        quat_conjugate(np.zeros(3))
