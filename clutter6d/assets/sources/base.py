@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
@@ -64,6 +64,7 @@ class RawShape:
     symmetry: SymmetryGroup | None = None
 
 
+@runtime_checkable
 class AssetSource(Protocol):
     """A named collection of objects. To add one, implement this and register it under ``clutter6d.asset_sources``."""
 
