@@ -8,6 +8,7 @@ from clutter6d.physics import COLLISION_GROUP, OBJECT_CONTACT, VISUAL_GROUP
 
 TORSIONAL_FRICTION = 0.005
 ROLLING_FRICTION = 0.0001
+MIN_VERTICES = 4
 
 
 def add_asset_body(spec: mujoco.MjSpec, asset: Asset, *, name: str, visuals: bool = False) -> mujoco.MjsBody:
@@ -31,7 +32,7 @@ def add_asset_body(spec: mujoco.MjSpec, asset: Asset, *, name: str, visuals: boo
     contype, conaffinity = OBJECT_CONTACT
     for index, part in enumerate(asset.parts):
         geom_name = f"{name}_part{index}"
-        _add_mesh(spec, geom_name, part)
+        add_mesh(spec, geom_name, part)
         body.add_geom(
             name=geom_name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -61,7 +62,7 @@ def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
 def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, asset: Asset, name: str) -> None:
     for index, visual in enumerate(asset.visual):
         geom_name = f"{name}_visual{index}"
-        _add_mesh(spec, geom_name, visual.mesh)
+        add_mesh(spec, geom_name, visual.mesh)
         body.add_geom(
             name=geom_name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -74,8 +75,13 @@ def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, asset: Asset, name: 
         )
 
 
-def _add_mesh(spec: mujoco.MjSpec, name: str, mesh: Mesh) -> None:
-    """Add a mesh; its unused inertia is a shell's, which needs no closed surface."""
+def add_mesh(spec: mujoco.MjSpec, name: str, mesh: Mesh) -> None:
+    """Add a mesh; its unused inertia is a shell's, which needs no closed surface.
+
+    MuJoCo wants four vertices at least, and a colour of a visual mesh may have fewer: the first is then repeated.
+    """
+    missing = max(0, MIN_VERTICES - len(mesh.vertices))
+    vertices = np.concatenate([mesh.vertices, np.repeat(mesh.vertices[:1], missing, axis=0)])
     added = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-    added.uservert = np.asarray(mesh.vertices, dtype=np.float32).ravel()
+    added.uservert = vertices.astype(np.float32).ravel()
     added.userface = np.asarray(mesh.faces, dtype=np.int32).ravel()

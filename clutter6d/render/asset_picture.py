@@ -1,6 +1,7 @@
 """Pictures of assets: each alone on a light floor, in its most probable resting orientation."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 
 import mujoco
@@ -8,6 +9,8 @@ import numpy as np
 from PIL.Image import Image as PilImage
 
 from clutter6d.assets.asset import Asset
+from clutter6d.assets.mujoco_body import add_mesh
+from clutter6d.geometry import rotate
 from clutter6d.physics import VISUAL_GROUP
 from clutter6d.render.camera import Camera
 from clutter6d.render.picture import Image, open_renderer
@@ -16,6 +19,8 @@ from clutter6d.render.studio import add_sky_and_light
 
 _OUT_OF_SIGHT = (0.0, 0.0, -100.0, 1.0, 0.0, 0.0, 0.0)
 _ASSETS_PER_MODEL = 24
+_AZIMUTH_DEG, _ELEVATION_DEG = 140.0, -28.0
+_MARGIN = 1.15
 
 
 def render_assets(assets: Iterable[Asset], *, columns: int = 8, size_px: int = 200, backend: str = "auto") -> PilImage:
@@ -53,14 +58,17 @@ def asset_pictures(
 
 
 def _camera_of(asset: Asset) -> Camera:
-    points = asset.surface_points
-    reach = float(np.sqrt((points.astype(np.float64) ** 2).sum(axis=1)).max())
-    return Camera(
-        look_at_m=(0.0, 0.0, float(asset.stable.heights_m[0])),
-        distance_m=3.6 * reach,
-        azimuth_deg=140.0,
-        elevation_deg=-28.0,
-    )
+    """A camera from which the asset, in its first resting orientation, fills the picture."""
+    points = rotate(asset.stable.quats_wxyz[0], asset.surface_points.astype(np.float64))
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    look_at = (float(centre[0]), float(centre[1]), float(centre[2] + asset.stable.heights_m[0]))
+    view = Camera(look_at_m=look_at, distance_m=1.0, azimuth_deg=_AZIMUTH_DEG, elevation_deg=_ELEVATION_DEG)
+    forward = view.forward()
+    depth = (points - centre) @ forward
+    right = np.array([forward[1], -forward[0], 0.0]) / np.hypot(forward[0], forward[1])
+    sideways, upward = (points - centre) @ right, (points - centre) @ np.cross(right, forward)
+    aside = np.maximum(np.abs(sideways), np.abs(upward)) / np.tan(np.deg2rad(view.vertical_fov_deg) / 2)
+    return replace(view, distance_m=_MARGIN * float((aside - depth).max()))
 
 
 def _model_of(assets: Sequence[Asset]) -> mujoco.MjModel:
@@ -75,9 +83,7 @@ def _model_of(assets: Sequence[Asset]) -> mujoco.MjModel:
         body.add_freejoint()
         for index, visual in enumerate(asset.visual):
             name = f"asset{number}_visual{index}"
-            mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-            mesh.uservert = np.asarray(visual.mesh.vertices, dtype=np.float32).ravel()
-            mesh.userface = np.asarray(visual.mesh.faces, dtype=np.int32).ravel()
+            add_mesh(spec, name, visual.mesh)
             body.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_MESH,
                 meshname=name,

@@ -19,6 +19,7 @@ from clutter6d.scenegen.scene_set import SceneSet
 
 VIDEO_FPS = 20
 SHEET_COLUMNS = 4
+SHEET_CELL_PX = 480
 SHEET_FILE = "contact_sheet.png"
 
 PathArgument = Annotated[Path, typer.Argument(help="A folder of generated scenes, or of one scene in it.")]
@@ -50,8 +51,8 @@ def render(
         if video:
             frames = render_turn(scene, assets, pair, width=width, height=height, backend=backend)
             write_video(frames, folder / f"{scene.scene_id}.mp4", VIDEO_FPS)
-    half_size = [picture[::2, ::2] for picture in overview]
-    write_image(folder / SHEET_FILE, contact_sheet(half_size, [scene.scene_id for scene in shown], SHEET_COLUMNS))
+    sheet = contact_sheet(overview, [scene.scene_id for scene in shown], SHEET_COLUMNS, cell_width=SHEET_CELL_PX)
+    write_image(folder / SHEET_FILE, sheet)
     left_out = f" (of {len(scenes)}; --limit allows more)" if len(scenes) > len(shown) else ""
     console.print(f"drew {len(shown)} scenes{left_out} to {folder}, all together in {folder / SHEET_FILE}")
 

@@ -15,6 +15,8 @@ from clutter6d.render.backend import GlBackend
 from clutter6d.render.camera import Camera
 
 MAX_GEOMS = 10_000
+SUPERSAMPLING = 2
+"""Pictures are drawn larger by this factor and averaged: smoother than multisampling, shadows too, and as fast."""
 
 
 class OpenGlRenderer:
@@ -32,24 +34,24 @@ class OpenGlRenderer:
         self, model: mujoco.MjModel, width: int, height: int, backend: GlBackend, geom_groups: tuple[int, ...]
     ) -> None:
         self._model, self._data = model, mujoco.MjData(model)
-        self._rect = mujoco.MjrRect(0, 0, width, height)
-        self._context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+        self._rect = mujoco.MjrRect(0, 0, SUPERSAMPLING * width, SUPERSAMPLING * height)
+        self._context = importlib.import_module(f"mujoco.{backend}").GLContext(self._rect.width, self._rect.height)
         self._context.make_current()
-        self._buffers = self._sized_buffers(width, height)
+        self._buffers = self._sized_buffers()
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_GEOMS)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
         self._scene.flags[mujoco.mjtRndFlag.mjRND_HAZE] = False
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group in geom_groups for group in range(mujoco.mjNGROUP)]
 
-    def _sized_buffers(self, width: int, height: int) -> mujoco.MjrContext:
-        size = self._model.vis.global_
-        kept = size.offwidth, size.offheight
-        size.offwidth, size.offheight = width, height
+    def _sized_buffers(self) -> mujoco.MjrContext:
+        size, quality = self._model.vis.global_, self._model.vis.quality
+        kept = size.offwidth, size.offheight, quality.offsamples
+        size.offwidth, size.offheight, quality.offsamples = self._rect.width, self._rect.height, 0
         try:
             buffers = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
         finally:
-            size.offwidth, size.offheight = kept
+            size.offwidth, size.offheight, quality.offsamples = kept
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, buffers)
         return buffers
 
@@ -72,7 +74,14 @@ class OpenGlRenderer:
         mujoco.mjr_render(self._rect, self._scene, self._buffers)
         picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(picture, None, self._rect, self._buffers)
-        return picture[::-1].copy()
+        blocks = (
+            self._rect.height // SUPERSAMPLING,
+            SUPERSAMPLING,
+            self._rect.width // SUPERSAMPLING,
+            SUPERSAMPLING,
+            3,
+        )
+        return np.rint(picture[::-1].reshape(blocks).mean(axis=(1, 3))).astype(np.uint8)
 
     def close(self) -> None:
         """Free the graphics context; the object cannot be used afterwards."""

@@ -16,7 +16,7 @@ from clutter6d.render.studio import GHOST_GROUP, add_studio
 from clutter6d.scene import Scene
 from clutter6d.sim.scene_model import build_scene_spec, joint_state
 
-GHOST_RGBA = (0.20, 0.78, 0.36, 0.45)
+GHOST_RGBA = (0.20, 0.78, 0.36, 0.50)
 TURN_DEG = 50.0
 
 

@@ -15,13 +15,16 @@ _MARGIN_PX, _LABEL_PX, _FONT_PX = 6, 22, 14
 _PAPER, _INK = (255, 255, 255), (40, 44, 52)
 
 
-def contact_sheet(images: Sequence[UInt8[np.ndarray, "_ _ 3"]], labels: Sequence[str], columns: int) -> Image.Image:
+def contact_sheet(
+    images: Sequence[UInt8[np.ndarray, "_ _ 3"]], labels: Sequence[str], columns: int, *, cell_width: int | None = None
+) -> Image.Image:
     """Lay pictures of one size out in rows, each above its label.
 
     Args:
         images: Pictures, all of the same size.
         labels: One line for each; cut to the picture's width.
         columns: Pictures in a row.
+        cell_width: Width to which pictures are shrunk [px]; by default, and at most, their own.
 
     Raises:
         InvalidValueError: No pictures, pictures of different sizes, or as many labels as there are not pictures.
@@ -33,6 +36,8 @@ def contact_sheet(images: Sequence[UInt8[np.ndarray, "_ _ 3"]], labels: Sequence
             "give images of one size, one label for each, and at least one column"
         )
     height, width, _ = images[0].shape
+    if cell_width is not None and cell_width < width:
+        height, width = max(1, round(height * cell_width / width)), cell_width
     columns = min(columns, len(images))
     rows = -(-len(images) // columns)
     cell = (width + _MARGIN_PX, height + _LABEL_PX + _MARGIN_PX)
@@ -40,7 +45,7 @@ def contact_sheet(images: Sequence[UInt8[np.ndarray, "_ _ 3"]], labels: Sequence
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(_FONT_PX)
     for index, (image, label) in enumerate(zip(images, labels, strict=True)):
         x, y = _MARGIN_PX + index % columns * cell[0], _MARGIN_PX + index // columns * cell[1]
-        sheet.paste(Image.fromarray(image), (x, y))
+        sheet.paste(Image.fromarray(image).resize((width, height), Image.Resampling.BOX), (x, y))
         draw.text((x + 2, y + height + 2), _cut(label, width - 4, font), fill=_INK, font=font)
     return sheet
 

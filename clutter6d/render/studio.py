@@ -78,7 +78,7 @@ def add_sky_and_light(spec: mujoco.MjSpec) -> None:
     spec.visual.headlight.diffuse = (0.16, 0.16, 0.16)
     spec.visual.headlight.specular = (0, 0, 0)
     spec.visual.quality.shadowsize = 4096
-    spec.visual.quality.offsamples = 8
+    spec.visual.map.shadowclip = 2.0
     spec.visual.map.znear = 0.02
     spec.stat.extent, spec.stat.center = 1.0, (0.0, 0.0, 0.0)
     spec.visual.map.fogstart, spec.visual.map.fogend = 2.5, 8.0
