@@ -23,7 +23,7 @@ def cache_folder() -> Path:
 
 
 def open_library(
-    name_or_folder: str, *, workers: int = 1, on_progress: Callable[[int, int], None] = lambda done, total: None
+    name_or_folder: str, *, workers: int = 1, on_progress: Callable[[int, int], None] = lambda _done, _total: None
 ) -> AssetLibrary:
     """The library that a ``--library`` option means; the built-in one is made, or completed, if need be.
 

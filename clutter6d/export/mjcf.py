@@ -1,8 +1,8 @@
 """A scene as MJCF: one folder that MuJoCo's own viewer opens, with no code of this project.
 
-    scene.xml       robot, table, objects with visual and collision geometry, the goal as a translucent ghost, and one
-                    keyframe for each goal pair (meshes are inline, as MuJoCo writes them, without loss of precision)
-    LICENCES.csv    terms, author and origin of every object
+scene.xml       robot, table, objects with visual and collision geometry, the goal as a translucent ghost, and one
+keyframe for each goal pair (meshes are inline, as MuJoCo writes them, without loss of precision)
+LICENCES.csv    terms, author and origin of every object
 """
 
 import csv

@@ -101,7 +101,9 @@ def settle_and_check(
         still = bool(settled[row] & (drift_m[row] <= limits.drift_m) & (drift_rad[row] <= limits.drift_rad))
         shallow = bool(penetration[row] <= limits.penetration_m)
         layout = layout_of(scene.names, hulls, state)
-        failures.append(_state_failure(scene, state, layout, contacts, graph, rules, is_still=still, is_shallow=shallow))
+        failures.append(
+            _state_failure(scene, state, layout, contacts, graph, rules, is_still=still, is_shallow=shallow)
+        )
     return StateReport(
         poses=resting, penetration_m=penetration, drift_m=drift_m, drift_rad=drift_rad, failures=tuple(failures)
     )

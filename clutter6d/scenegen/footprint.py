@@ -63,9 +63,7 @@ class Layout:
 
 def empty_layout() -> Layout:
     """A layout of no objects."""
-    return Layout(
-        names=(), positions=np.zeros((0, 2)), supports=np.zeros((0, DIRECTION_COUNT)), tops=np.zeros(0)
-    )
+    return Layout(names=(), positions=np.zeros((0, 2)), supports=np.zeros((0, DIRECTION_COUNT)), tops=np.zeros(0))
 
 
 def hull_points(asset: Asset) -> Float64[np.ndarray, "point 3"]:

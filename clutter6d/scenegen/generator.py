@@ -80,7 +80,7 @@ def scene_id(track: str, seed: int, index: int) -> str:
     return f"{track}-{seed}-{index:05d}"
 
 
-class _AttemptFailed(Exception):
+class _AttemptError(Exception):
     """One draw of a scene failed; the argument is the reason."""
 
 
@@ -127,7 +127,7 @@ class SceneGenerator:
             rng = generator(self._seed, "scene", self._track.name, index, attempt)
             try:
                 return GeneratedScene(scene=self._attempt(index, rng, failures), failures=failures)
-            except _AttemptFailed as failed:
+            except _AttemptError as failed:
                 failures[str(failed)] += 1
         raise GenerationError(
             f"{self._track.name} scene {index} of seed {self._seed}: no valid scene in {self._config.max_attempts} "
@@ -155,7 +155,7 @@ class SceneGenerator:
         )
         found = search.run()
         if found is None:
-            raise _AttemptFailed("no free placement")
+            raise _AttemptError("no free placement")
         draft = _Draft(
             names=names, assets=assets, hulls=hulls, graph=graph, obstacles=found[0], layout=found[1], rng=rng
         )
@@ -183,7 +183,7 @@ class SceneGenerator:
             missing = self._track.goal_pairs - len(pairs)
             initial, goal, chosen = self._draw_pairs(draft, missing)
             if len(chosen) < missing:
-                raise _AttemptFailed("goal infeasible")
+                raise _AttemptError("goal infeasible")
             scene = scene or compile_scene([(name, draft.assets[name]) for name in draft.names])
             starts = draft.states(initial.poses[[pair[0] for pair in chosen]])
             goals = draft.states(goal.poses[[pair[1] for pair in chosen]])
@@ -215,7 +215,7 @@ class SceneGenerator:
                 return pairs, reports, rows
             if not good:
                 break
-        raise _AttemptFailed("goal infeasible")
+        raise _AttemptError("goal infeasible")
 
     def _draw_pairs(self, draft: "_Draft", missing: int) -> tuple[TargetPoses, TargetPoses, list[tuple[int, int]]]:
         initial, goal = (

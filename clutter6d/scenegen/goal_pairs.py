@@ -65,14 +65,10 @@ def find_target_poses(
     for relation in relations:
         good &= candidates_fulfil(relation, positions, options.supports, layout, rules, slack_m=config.slack_m)
     poses = np.concatenate([positions, options.heights_m[:, None], options.quats_wxyz], axis=1)
-    return TargetPoses(
-        poses=poses[good], stable_indices=options.stable_indices[good], supports=options.supports[good]
-    )
+    return TargetPoses(poses=poses[good], stable_indices=options.stable_indices[good], supports=options.supports[good])
 
 
-def pair_up(
-    initial: TargetPoses, goal: TargetPoses, min_displacement_m: float, count: int
-) -> list[tuple[int, int]]:
+def pair_up(initial: TargetPoses, goal: TargetPoses, min_displacement_m: float, count: int) -> list[tuple[int, int]]:
     """Up to ``count`` pairs (row of ``initial``, row of ``goal``) far enough apart; no pose is used twice."""
     offset = initial.poses[:, None, :2] - goal.poses[None, :, :2]
     far = np.hypot(offset[..., 0], offset[..., 1]) >= min_displacement_m + DISPLACEMENT_SLACK_M

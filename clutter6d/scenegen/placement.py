@@ -98,7 +98,8 @@ def is_on_table(
     ends = np.stack([supports[:, 0], supports[:, quarter]], axis=1)
     starts = np.stack([supports[:, 2 * quarter], supports[:, 3 * quarter]], axis=1)
     half = np.array(TABLE_SIZE_M) / 2 - margin_m
-    return ((positions + ends <= half) & (positions - starts >= -half)).all(axis=1)
+    is_inside = (positions + ends <= half) & (positions - starts >= -half)
+    return np.asarray(is_inside.all(axis=1))
 
 
 class PlacementSearch:

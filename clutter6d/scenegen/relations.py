@@ -104,9 +104,7 @@ def broken_relations(
     return tuple(relation for relation in graph.relations if not _holds(relation, layout, supporters, rules))
 
 
-def _holds(
-    relation: Relation, layout: Layout, supporters: dict[str, frozenset[str]], rules: RelationRules
-) -> bool:
+def _holds(relation: Relation, layout: Layout, supporters: dict[str, frozenset[str]], rules: RelationRules) -> bool:
     if relation.kind == "on":
         return relation.reference in supporters[relation.subject]
     subject = layout.index(relation.subject)

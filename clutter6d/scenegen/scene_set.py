@@ -1,9 +1,9 @@
 """A folder of scenes that carries its assets with it, so that it can be moved, shared and evaluated as it is.
 
-    scene_set.json                     track, seed and library it was made from
-    scenes/<scene_id>/scene.json       one scene
-    scenes/<scene_id>/generation.json  what it took to make it
-    library/                           the asset library of exactly the assets used
+scene_set.json                     track, seed and library it was made from
+scenes/<scene_id>/scene.json       one scene
+scenes/<scene_id>/generation.json  what it took to make it
+library/                           the asset library of exactly the assets used
 """
 
 import hashlib
@@ -83,7 +83,9 @@ class SceneSet:
         """
         if (path / HEADER).exists():
             existing = cls.open(path)
-            differing = [name for name in SceneSetFile.model_fields if getattr(existing.header, name) != getattr(header, name)]
+            differing = [
+                name for name in SceneSetFile.model_fields if getattr(existing.header, name) != getattr(header, name)
+            ]
             if differing:
                 raise InvalidValueError(
                     f"{path} holds scenes of another {', '.join(differing)}; choose another --out or remove the folder"
@@ -139,7 +141,9 @@ class SceneSet:
         try:
             return self.library.load(item.asset_hash)
         except UnknownNameError:
-            problem = f"scene {scene.scene_id}: asset {item.asset_name} ({item.asset_hash[:12]}) is missing; copy it here"
+            problem = (
+                f"scene {scene.scene_id}: asset {item.asset_name} ({item.asset_hash[:12]}) is missing; copy it here"
+            )
             raise InvalidFileError(self.library.path, problem) from None
 
     def scene_folder(self, scene_id: str) -> Path:

@@ -18,10 +18,10 @@ class Contact:
 
 
 def find_contacts(
-    scene: SceneModel, qpos: Float64[np.ndarray, "qpos"], data: mujoco.MjData | None = None
+    scene: SceneModel, qpos: Float64[np.ndarray, "qpos"], scratch: mujoco.MjData | None = None
 ) -> tuple[Contact, ...]:
-    """All contacts of one state, robot included; ``data`` is scratch space to use again."""
-    data = data or mujoco.MjData(scene.model)
+    """All contacts of one state, robot included; ``scratch`` saves an allocation."""
+    data = mujoco.MjData(scene.model) if scratch is None else scratch
     data.qpos[:] = qpos
     mujoco.mj_kinematics(scene.model, data)
     mujoco.mj_comPos(scene.model, data)

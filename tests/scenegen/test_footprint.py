@@ -36,6 +36,7 @@ def one_object(points: np.ndarray) -> Layout:
 
 def true_distance(first: np.ndarray, second: np.ndarray) -> float:
     """Distance of two polygons that are apart, over densely sampled edges."""
+
     def sampled(points: np.ndarray) -> np.ndarray:
         share = np.linspace(0, 1, 60)[:, None, None]
         return ((1 - share) * points + share * np.roll(points, -1, axis=0)).reshape(-1, 2)

@@ -117,9 +117,11 @@ def test_goals_can_be_asked_for_as_relations(box_library: AssetLibrary) -> None:
 
 
 def test_an_impossible_track_is_given_up_with_its_reasons(box_library: AssetLibrary) -> None:
-    cramped = Track(name="cramped", large_obstacles=6, small_obstacles=6, clutter_region=Region(x=(0.0, 0.1), y=(0.0, 0.1)))
+    cramped = Track(
+        name="cramped", large_obstacles=6, small_obstacles=6, clutter_region=Region(x=(0.0, 0.1), y=(0.0, 0.1))
+    )
     config = GeneratorConfig(max_attempts=3)
-    with pytest.raises(GenerationError, match="no valid scene in 3 attempts .*no free placement 3"):
+    with pytest.raises(GenerationError, match=r"no valid scene in 3 attempts .*no free placement 3"):
         SceneGenerator(box_library, cramped, 0, config=config).generate(0)
 
 

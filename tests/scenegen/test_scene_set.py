@@ -52,7 +52,7 @@ def test_a_folder_of_something_else_is_left_alone(box_library: AssetLibrary, tmp
 
 
 def test_a_missing_set_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(MissingFileError, match="scene set not found.*clutter6d generate"):
+    with pytest.raises(MissingFileError, match=r"scene set not found.*clutter6d generate"):
         SceneSet.open(tmp_path / "nowhere")
 
 

@@ -26,7 +26,7 @@ def test_scenes_of_one_track_share_a_layout_whatever_their_parts(objects: int) -
 
 
 def test_an_asset_with_too_many_parts_is_refused() -> None:
-    with pytest.raises(InvalidValueError, match="has 17 parts .* a scene allows 16 of 32"):
+    with pytest.raises(InvalidValueError, match=r"has 17 parts .* a scene allows 16 of 32"):
         compile_scene(box_objects(4, parts=17))
 
 
