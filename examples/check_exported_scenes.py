@@ -115,8 +115,8 @@ def main(folder: Path) -> int:
         scene = json.loads((folder / "scenes" / path.parent.name / "scene.json").read_text())
         problems = check_scene(scene, mujoco.MjModel.from_xml_path(str(path)))
         bad += bool(problems)
-        pairs, relations = len(scene["goal_pairs"]), len(scene["relations"])
-        print(f"{path.parent.name}: {f'{pairs} pairs, {relations} relations hold' if not problems else problems}")
+        good = f"{len(scene['goal_pairs'])} pairs, {len(scene['relations'])} relations hold"
+        print(f"{path.parent.name}: {'; '.join(problems) or good}")
     print(f"{len(exported) - bad} of {len(exported)} certificates hold")
     return 1 if bad or not exported else 0
 

@@ -34,7 +34,7 @@ class Track:
         goal_pairs: Tasks per scene.
         min_displacement_m: Planar distance from initial to goal position, at least; the paper's.
         min_gap_m: Free distance between any two footprints at the start.
-        goal_relations: Relations the target must fulfil at every goal, with obstacles named ``large_0``, ``small_0``, ...
+        goal_relations: Relations the target must fulfil at every goal, with obstacles named ``large_0``, ``small_0``.
     """
 
     name: str

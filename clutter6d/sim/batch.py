@@ -44,7 +44,7 @@ class SceneBatch:
         self.joint_targets = self._batch.bind("ctrl")
         if not np.shares_memory(self.object_poses, qpos):
             raise InvalidValueError("the batch's state rows cannot be viewed per object")
-        self.reset(np.arange(len(scenes)), np.zeros((len(scenes), objects, 7)) + [0, 0, -1, 1, 0, 0, 0])
+        self.reset(np.arange(len(scenes)), np.tile([0.0, 0, -1, 1, 0, 0, 0], (len(scenes), objects, 1)))
 
     @property
     def size(self) -> int:
