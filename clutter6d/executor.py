@@ -17,6 +17,8 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, Literal, TypeVar
 
+import psutil
+
 from clutter6d.errors import Clutter6DError, InvalidValueError
 
 Item = TypeVar("Item")
@@ -25,6 +27,8 @@ FailureKind = Literal["crash", "timeout", "memory", "error"]
 
 _log = logging.getLogger(__name__)
 _SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_LONGEST_WAIT_S = 60.0
+_PATIENCE = 10.0
 _stage_connection: Connection | None = None
 
 
@@ -58,7 +62,13 @@ class TaskResult(Generic[Item, Result]):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TaskLimits:
-    """What one item may use before its worker is replaced; ``None`` for no limit."""
+    """What one item may use before its worker is replaced; ``None`` for no limit.
+
+    Attributes:
+        seconds: Processor time, so that a busy machine stops nothing; and a process that only waits is given up
+            after ten times as long.
+        memory_bytes: Address space.
+    """
 
     seconds: float | None = None
     memory_bytes: int | None = None
@@ -149,13 +159,27 @@ class _Worker:
     def start(self, index: int, item: Any) -> None:
         if not self._process.is_alive():
             self._spawn()
-        self._task, self._stage, self._started = (index, item), "", time.monotonic()
+        self._task, self._stage = (index, item), ""
+        self._begin(is_ready=self._is_ready)
         self.connection.send(item)
 
+    def _begin(self, *, is_ready: bool = True) -> None:
+        self._is_ready, self._started, self._used_before = is_ready, time.monotonic(), self._processor_seconds()
+
     def seconds_left(self) -> float:
+        """How long there is surely nothing to do for the parent, at most a minute."""
         limit = self._limits.seconds
-        elapsed = time.monotonic() - self._started
-        return 60.0 if limit is None or not self._is_ready else min(max(limit - elapsed, 0.0), 60.0)
+        if limit is None or not self._is_ready:
+            return _LONGEST_WAIT_S
+        used = max(self._processor_seconds() - self._used_before, (time.monotonic() - self._started) / _PATIENCE)
+        return min(max(limit - used, 0.0), _LONGEST_WAIT_S)
+
+    def _processor_seconds(self) -> float:
+        try:
+            times = psutil.Process(self._process.pid).cpu_times()
+        except psutil.NoSuchProcess:
+            return 0.0
+        return float(times.user + times.system)
 
     def poll(self) -> TaskResult[Any, Any] | None:
         """The finished task's result, or ``None`` while it runs."""
@@ -163,7 +187,7 @@ class _Worker:
             while self.connection.poll():
                 kind, *content = self.connection.recv()
                 if kind == "ready":
-                    self._is_ready, self._started = True, time.monotonic()
+                    self._begin()
                 elif kind == "stage":
                     self._stage = content[0]
                 else:
@@ -174,7 +198,7 @@ class _Worker:
             return self._finish(None, TaskFailure(kind="crash", stage=self._stage, detail=f"exit code {code}"))
         if self._is_ready and self.seconds_left() <= 0:
             self.stop()
-            detail = f"more than {self._limits.seconds:g} s"
+            detail = f"more than {self._limits.seconds:g} s of processor time"
             return self._finish(None, TaskFailure(kind="timeout", stage=self._stage, detail=detail))
         return None
 

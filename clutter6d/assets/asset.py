@@ -115,7 +115,7 @@ class Quality:
         hausdorff_m: Symmetric Hausdorff distance between the repaired mesh's surface and the parts' union.
         stable_candidates: Stable orientations proposed by geometry.
         stable_verified: Those that held in simulation.
-        seconds: Wall time of each stage.
+        seconds: Processor time of each stage, on one core.
         fallbacks: Every step that did not go the normal way, in order.
     """
 

@@ -6,7 +6,7 @@ out of tolerance is done again with the finer search; the better of the two is k
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import coacd
@@ -25,10 +25,11 @@ MAX_PARTS = 16
 MAX_PART_VERTICES = 32
 Effort = Literal["normal", "coarse", "hull"]
 
+_QUICK = {"mcts_iterations": 20, "mcts_max_depth": 2, "mcts_nodes": 6, "resolution": 500, "preprocess_mode": "off"}
 SEARCHES: dict[str, dict[str, Any]] = {
-    "finer": {"threshold": 0.05, "mcts_iterations": 20, "mcts_max_depth": 2, "mcts_nodes": 6, "resolution": 500},
-    "light": {"threshold": 0.1, "mcts_iterations": 20, "mcts_max_depth": 2, "mcts_nodes": 6, "resolution": 500},
-    "coarse": {"threshold": 0.3, "mcts_iterations": 10, "mcts_max_depth": 1, "mcts_nodes": 5, "resolution": 300},
+    "finer": {**_QUICK, "threshold": 0.05},
+    "light": {**_QUICK, "threshold": 0.1},
+    "coarse": {**_QUICK, "threshold": 0.3, "mcts_iterations": 10, "mcts_max_depth": 1, "preprocess_mode": "auto"},
 }
 
 
@@ -44,7 +45,7 @@ class DecompositionSettings:
         max_hausdorff: Hausdorff distance, as a share of the longest side, above which the finer search is tried.
         max_added_volume: Volume of the union beyond the solid's, as a share of the hull's, likewise.
         search_faces: Triangles of the solid that CoACD sees; its time grows with them, its result hardly changes.
-        preprocess_resolution: CoACD's own remeshing, where it finds the solid not clean enough.
+        preprocess_resolution: Of CoACD's own remeshing, which the coarse search uses; the solid is closed already.
     """
 
     max_parts: int = MAX_PARTS
@@ -53,7 +54,7 @@ class DecompositionSettings:
     merge_volume: float = 0.003
     max_hausdorff: float = 0.06
     max_added_volume: float = 0.15
-    search_faces: int = 600
+    search_faces: int = 400
     preprocess_resolution: int = 30
 
     def __post_init__(self) -> None:
@@ -104,14 +105,20 @@ def decompose(
         fallbacks = ("decomposition:hull",) if effort == "hull" else ()
         return measure_parts(solid, [part_vertices(solid.hull())], settings, fallbacks)
     if effort == "coarse":
-        return measure_parts(solid, _search(solid, "coarse", settings), settings, ("decomposition:coarse",))
-    light = measure_parts(solid, _search(solid, "light", settings), settings, ())
+        found = _merged(_search(solid, "coarse", settings), solid, settings)
+        return measure_parts(solid, found, settings, ("decomposition:coarse",))
+    hulls = _search(solid, "light", settings)
+    light = measure_parts(solid, _merged(hulls, solid, settings), settings, ())
     if _excess(light, solid, settings) <= 1:
         return light
-    finer = measure_parts(solid, _search(solid, "finer", settings), settings, ("decomposition:finer",))
-    if _excess(finer, solid, settings) < _excess(light, solid, settings):
-        return finer
-    return measure_parts(solid, [part.vertices for part in light.parts], settings, ("decomposition:out-of-tolerance",))
+    tried = [light, measure_parts(solid, [part_vertices(solid.hull())], settings, ("decomposition:better-as-hull",))]
+    if len(hulls) < settings.max_parts:
+        finer = _merged(_search(solid, "finer", settings), solid, settings)
+        tried.append(measure_parts(solid, finer, settings, ("decomposition:finer",)))
+    best = min(tried, key=lambda result: _excess(result, solid, settings))
+    if _excess(best, solid, settings) <= 1:
+        return best
+    return replace(best, fallbacks=(*best.fallbacks, "decomposition:out-of-tolerance"))
 
 
 def _excess(result: Decomposition, solid: manifold3d.Manifold, settings: DecompositionSettings) -> float:
@@ -122,17 +129,24 @@ def _excess(result: Decomposition, solid: manifold3d.Manifold, settings: Decompo
     return max(result.hausdorff_m / (settings.max_hausdorff * longest), abs(added) / settings.max_added_volume)
 
 
-def _search(
-    solid: manifold3d.Manifold, search: str, settings: DecompositionSettings
-) -> list[Float[np.ndarray, "vertex 3"]]:
+def _search(solid: manifold3d.Manifold, search: str, settings: DecompositionSettings) -> list[manifold3d.Manifold]:
+    """CoACD's parts, before any merging: merging here is faster, exact, and cannot abort the process."""
     coacd.set_log_level("error")
     vertices, faces = manifold_arrays(simplify_solid(solid, settings.search_faces))
     found = coacd.run_coacd(
-        coacd.Mesh(vertices, faces), preprocess_resolution=settings.preprocess_resolution, seed=0, **SEARCHES[search]
+        coacd.Mesh(vertices, faces),
+        preprocess_resolution=settings.preprocess_resolution,
+        merge=False,
+        seed=0,
+        **SEARCHES[search],
     )
     hulls = [hull for hull in (hull_of(np.asarray(points)) for points, _ in found) if hull is not None]
-    if not hulls:
-        return [part_vertices(solid.hull())]
+    return hulls or [solid.hull()]
+
+
+def _merged(
+    hulls: Sequence[manifold3d.Manifold], solid: manifold3d.Manifold, settings: DecompositionSettings
+) -> list[Float[np.ndarray, "vertex 3"]]:
     added = settings.merge_volume * solid.hull().volume()
     return [part_vertices(hull) for hull in merge_hulls(hulls, max_parts=settings.max_parts, added_volume=added)]
 

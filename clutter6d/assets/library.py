@@ -89,7 +89,9 @@ class AssetLibrary:
         """
         path = Path(path)
         if not (path / "library.json").is_file():
-            raise MissingFileError("asset library", path, "make one with: clutter6d assets process SOURCE --out FOLDER")
+            raise MissingFileError(
+                "asset library", path, "make one with: clutter6d assets process SOURCE --out LIBRARY"
+            )
         return cls(path, read_model(path / "library.json", LibraryFile, what="asset library").settings)
 
     @classmethod

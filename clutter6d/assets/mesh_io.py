@@ -40,13 +40,21 @@ class MeshLimits:
 
 
 class _Companions(trimesh.resolvers.Resolver):
-    """Materials and textures by file name, and nothing else."""
+    """Materials, buffers and textures by file name alone: from memory, or from one folder and nowhere else."""
 
-    def __init__(self, files: Mapping[str, bytes]) -> None:
+    def __init__(self, files: Mapping[str, bytes], folder: Path | None, limits: MeshLimits) -> None:
         self._files = {_base_name(name): content for name, content in files.items()}
+        self._folder, self._bytes_left = folder, limits.max_companion_bytes
 
     def get(self, name: str) -> bytes:
-        return self._files[_base_name(name)]
+        name = _base_name(name)
+        if name not in self._files and self._folder is not None:
+            path = next(other for other in self._folder.iterdir() if other.name.lower() == name and other.is_file())
+            self._bytes_left -= path.stat().st_size
+            if self._bytes_left < 0:
+                raise MeshRejectedError("too-large", "its materials and textures are larger than is read")
+            self._files[name] = path.read_bytes()
+        return self._files[name]
 
     def keys(self) -> Any:
         return self._files.keys()
@@ -76,9 +84,8 @@ def read_mesh_file(path: Path, *, up: UpAxis | None = None, limits: MeshLimits |
     size = path.stat().st_size
     if size > limits.max_bytes:
         raise MeshRejectedError("too-large", f"{size:,} bytes; at most {limits.max_bytes:,} are read")
-    return read_mesh(
-        path.read_bytes(), path.suffix[1:].lower(), companions=_files_beside(path, limits), up=up, limits=limits
-    )
+    companions = _Companions({}, path.parent, limits)
+    return _read(path.read_bytes(), path.suffix[1:].lower(), companions, up, limits)
 
 
 def read_mesh(
@@ -99,12 +106,16 @@ def read_mesh(
         limits: Largest mesh that is read.
     """
     limits = limits or MeshLimits()
+    return _read(content, file_type, _Companions(companions or {}, None, limits), up, limits)
+
+
+def _read(content: bytes, file_type: str, companions: _Companions, up: UpAxis | None, limits: MeshLimits) -> RawShape:
     if len(content) > limits.max_bytes:
         raise MeshRejectedError("too-large", f"{len(content):,} bytes; at most {limits.max_bytes:,} are read")
     if not content.strip():
         raise MeshRejectedError("empty", "the file is empty")
     _check_vertex_count(_declared_vertices(content, file_type), limits)
-    vertices, faces, colours = _parse(content, file_type, companions or {}, limits)
+    vertices, faces, colours = _parse(content, file_type, companions, limits)
     if (up or DEFAULT_UP.get(file_type)) == "y":
         vertices = vertices @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
     return RawShape(visual=group_by_colour(vertices, faces, colours))
@@ -126,7 +137,7 @@ def group_by_colour(
 
 
 def _parse(
-    content: bytes, file_type: str, companions: Mapping[str, bytes], limits: MeshLimits
+    content: bytes, file_type: str, companions: _Companions, limits: MeshLimits
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """All triangles of a file, in one frame, with a colour each."""
     if f".{file_type}" not in MESH_SUFFIXES:
@@ -134,7 +145,7 @@ def _parse(
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=file_type, resolver=_Companions(companions))
+            scene = trimesh.load_scene(io.BytesIO(content), file_type=file_type, resolver=companions)
             placed = [(scene.graph.get(node)) for node in scene.graph.nodes_geometry]
             meshes = [(scene.geometry[name], matrix) for matrix, name in placed if name is not None]
             meshes = [(mesh, matrix) for mesh, matrix in meshes if isinstance(mesh, trimesh.Trimesh)]
@@ -198,19 +209,6 @@ def _gltf_vertices(content: bytes, file_type: str) -> int:
         return sum(int(header["accessors"][index]["count"]) for index in used)
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, struct.error, RecursionError) as error:
         raise MeshRejectedError("unreadable", f"not a valid {file_type} file ({type(error).__name__})") from None
-
-
-def _files_beside(path: Path, limits: MeshLimits) -> dict[str, bytes]:
-    """The materials, buffers and textures that a file may name: those in its folder whose size is allowed."""
-    result: dict[str, bytes] = {}
-    left = limits.max_companion_bytes
-    if path.suffix.lower() in (".obj", ".gltf", ".dae", ".ply"):
-        for other in sorted(path.parent.iterdir()):
-            is_wanted = other.suffix.lower() in (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".bmp", ".tga")
-            if is_wanted and other.is_file() and other.stat().st_size <= left:
-                result[other.name] = other.read_bytes()
-                left -= len(result[other.name])
-    return result
 
 
 def _base_name(name: str) -> str:

@@ -24,7 +24,7 @@ class RunSettings:
 
     Attributes:
         workers: Child processes.
-        seconds: Time that one object may take at one effort.
+        seconds: Processor time that one object may take at one effort.
         memory_bytes: Address space that one object may use.
     """
 

@@ -172,16 +172,32 @@ def _is_outside(is_free: Bool[np.ndarray, "x y z"]) -> Bool[np.ndarray, "x y z"]
 
 
 def simplify_solid(solid: manifold3d.Manifold, max_faces: int) -> manifold3d.Manifold:
-    """The solid with at most about the wanted number of faces, if it stays a solid."""
-    box = solid.bounding_box()
-    longest = max(box[3 + axis] - box[axis] for axis in range(3))
+    """The solid with about so many faces; with more where fewer would lose a piece or a tenth of the volume."""
+    longest = float(_sides(solid).max())
     for tolerance in (1e-4, 5e-4, 1e-3):
         if solid.num_tri() <= max_faces:
             return solid
         simpler = solid.simplify(tolerance * longest)
-        if not simpler.is_empty() and simpler.volume() > 0:
+        if _is_like(simpler, solid):
             solid = simpler
-    if solid.num_tri() <= max_faces:
-        return solid
-    points, triangles = fast_simplification.simplify(*manifold_arrays(solid), target_count=max_faces)
-    return to_manifold(np.asarray(points, dtype=np.float64), np.asarray(triangles)) or solid
+    for target in (max_faces, 2 * max_faces, 4 * max_faces):
+        if solid.num_tri() <= target:
+            break
+        points, triangles = fast_simplification.simplify(*manifold_arrays(solid), target_count=target)
+        simpler = to_manifold(np.asarray(points, dtype=np.float64), np.asarray(triangles))
+        if simpler is not None and _is_like(simpler, solid):
+            return simpler
+    return solid
+
+
+def _is_like(simpler: manifold3d.Manifold, solid: manifold3d.Manifold) -> bool:
+    """Whether a simplified solid has kept volume and size."""
+    if simpler.is_empty() or not 0.9 <= simpler.volume() / solid.volume() <= 1.1:
+        return False
+    sides = _sides(solid)
+    return bool((np.abs(_sides(simpler) - sides) <= 0.03 * sides.max()).all())
+
+
+def _sides(solid: manifold3d.Manifold) -> Float[np.ndarray, "3"]:
+    box = np.array(solid.bounding_box())
+    return box[3:] - box[:3]

@@ -92,7 +92,7 @@ def _candidate_axes(inertia: Float64[np.ndarray, "3 3"], similar: float) -> list
         if abs(moments[first] - moments[second]) <= similar * moments[second]:
             angles = np.pi / 24 * np.arange(1, 24)
             axes += [np.cos(a) * principal[first] + np.sin(a) * principal[second] for a in angles]
-    kept: list[Float64[np.ndarray, "3"]] = []
+    kept: list[np.ndarray] = []
     for axis in axes:
         if all(abs(float(axis @ other)) < 0.9995 for other in kept):
             kept.append(axis)

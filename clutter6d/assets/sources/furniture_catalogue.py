@@ -7,7 +7,6 @@ of each catalogue; it travels with every object.
 import hashlib
 import os
 import re
-import unicodedata
 import zipfile
 from collections import defaultdict
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ import numpy as np
 
 from clutter6d.assets.asset import Licence, Mesh, VisualMesh
 from clutter6d.assets.mesh_io import MeshLimits, read_mesh
+from clutter6d.assets.slug import slugify
 from clutter6d.assets.sources.base import AttributeHints, RawShape, SourceObject
 from clutter6d.errors import InvalidFileError, InvalidValueError, MeshRejectedError, MissingFileError
 
@@ -31,7 +31,7 @@ _SPDX = {"CC0": "CC0-1.0", "CC-BY-3.0-USA": "CC-BY-3.0-US"}
 _ENTRY = re.compile(r"^([A-Za-z]+)#(\d+)\s*=\s*(.*)$")
 
 
-class FurnitureCatalogue:
+class FurnitureCatalogueSource:
     """All objects of the catalogues whose every side is at most ``max_side_m``.
 
     Args:
@@ -125,12 +125,6 @@ class FurnitureCatalogue:
                 )
                 result[item.key] = (item, catalogue, entry)
         return result
-
-
-def slugify(name: str) -> str:
-    """Lower-case letters and digits joined by hyphens; never empty."""
-    ascii_name = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    return re.sub(r"[^a-z0-9]+", "-", ascii_name.lower()).strip("-")[:60] or "object"
 
 
 def _default_folder() -> Path:
