@@ -38,8 +38,11 @@ class Camera:
 SCENE_VIEW = Camera(look_at_m=(-0.14, 0.0, 0.16), distance_m=2.35, azimuth_deg=142.0, elevation_deg=-27.0)
 """Table and arm, from the far right corner."""
 
-TABLE_VIEW = Camera(look_at_m=(-0.04, 0.0, 0.03), distance_m=1.45, azimuth_deg=165.0, elevation_deg=-40.0)
+TABLE_VIEW = Camera(look_at_m=(-0.08, 0.0, 0.04), distance_m=1.45, azimuth_deg=165.0, elevation_deg=-40.0)
 """The objects, from the side opposite the arm."""
+
+EPISODE_VIEW = Camera(look_at_m=(-0.12, 0.0, 0.13), distance_m=1.85, azimuth_deg=150.0, elevation_deg=-27.0)
+"""Hand and objects, closer than the scene's view."""
 
 ROBOT_VIEW = Camera(look_at_m=(-0.35, 0.0, 0.38), distance_m=1.75, azimuth_deg=120.0, elevation_deg=-12.0)
 """The arm, from the side."""

@@ -1,28 +1,37 @@
 """The commands ``clutter6d render`` and ``clutter6d view``."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 from rich.console import Console
 from rich.progress import track
 
-from clutter6d.errors import MissingFileError
-from clutter6d.render.picture import Image
+from clutter6d.errors import InvalidValueError, MissingFileError
+from clutter6d.eval.cli import SCENES_FILE, ScenesLocation
+from clutter6d.eval.evaluator import REPORT_FILE
+from clutter6d.eval.motion import replay_motions
+from clutter6d.eval.runner import EpisodeScenes
+from clutter6d.render.camera import EPISODE_VIEW
+from clutter6d.render.picture import Image, render_rollout
 from clutter6d.render.scene_picture import picture_model, render_scene, render_turn
 from clutter6d.render.sheet import contact_sheet, write_image
 from clutter6d.render.video import write_video
 from clutter6d.render.viewer import open_viewer
 from clutter6d.scene import Scene
 from clutter6d.scenegen.scene_set import SceneSet
+from clutter6d.schema import read_model
 
 VIDEO_FPS = 20
 SHEET_COLUMNS = 4
 SHEET_CELL_PX = 480
 SHEET_FILE = "contact_sheet.png"
+DEFAULT_SIZE_PX = (960, 720)
 
-PathArgument = Annotated[Path, typer.Argument(help="A folder of generated scenes, or of one scene in it.")]
+PathArgument = Annotated[Path, typer.Argument(help="A folder of generated scenes, of one scene, or of an evaluation.")]
 PairOption = Annotated[int, typer.Option(min=0, help="Goal pair to show; its goal is the green ghost.")]
 
 
@@ -31,30 +40,28 @@ def render(
     out: Annotated[Path | None, typer.Option(help="Folder for the pictures; by default PATH/pictures.")] = None,
     pair: PairOption = 0,
     backend: Annotated[str, typer.Option(help="auto, egl, osmesa or raycast (needs no OpenGL).")] = "auto",
-    width: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = 960,
-    height: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = 720,
-    limit: Annotated[int, typer.Option(min=1, help="Draw at most so many scenes.")] = 64,
+    width: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = DEFAULT_SIZE_PX[0],
+    height: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = DEFAULT_SIZE_PX[1],
+    limit: Annotated[int, typer.Option(min=1, help="Draw at most so many scenes or episodes.")] = 64,
     video: Annotated[bool, typer.Option(help="Also make a video of each scene, the camera swinging.")] = False,
+    scenes: Annotated[Path | None, typer.Option(help="Scenes of an evaluation, if they are elsewhere now.")] = None,
 ) -> None:
-    """Draw two stills of each scene and a contact sheet of all."""
-    console = Console()
-    scene_set, scenes = find_scenes(path)
-    folder = out or path / "pictures"
-    overview: list[Image] = []
-    shown = scenes[:limit]
-    for scene in track(shown, description="drawing", console=console, transient=True):
-        assets = scene_set.assets_of(scene)
-        pictures = render_scene(scene, assets, pair, width=width, height=height, backend=backend)
-        overview.append(pictures[1])
-        for name, picture in zip(("scene", "table"), pictures, strict=True):
-            write_image(folder / f"{scene.scene_id}_{name}.png", picture)
-        if video:
-            frames = render_turn(scene, assets, pair, width=width, height=height, backend=backend)
-            write_video(frames, folder / f"{scene.scene_id}.mp4", VIDEO_FPS)
-    sheet = contact_sheet(overview, [scene.scene_id for scene in shown], SHEET_COLUMNS, cell_width=SHEET_CELL_PX)
+    """Draw two stills of each scene and a contact sheet of all; or a video of each episode of an evaluation.
+
+    Videos of episodes run at twice real time.
+    """
+    console, folder = Console(), out or path / "pictures"
+    task = _Task(folder=folder, width=width, height=height, backend=backend, console=console)
+    if (path / REPORT_FILE).is_file():
+        shown = _draw_episodes(path, scenes, limit, task)
+        console.print(f"drew {len(shown)} episodes to {folder}, their ends together in {folder / SHEET_FILE}")
+    else:
+        scene_set, found = find_scenes(path)
+        shown = _draw_scenes(scene_set, found[:limit], pair, video, task)
+        left_out = f" (of {len(found)}; --limit allows more)" if len(found) > len(shown) else ""
+        console.print(f"drew {len(shown)} scenes{left_out} to {folder}, all together in {folder / SHEET_FILE}")
+    sheet = contact_sheet(list(shown.values()), list(shown), SHEET_COLUMNS, cell_width=SHEET_CELL_PX)
     write_image(folder / SHEET_FILE, sheet)
-    left_out = f" (of {len(scenes)}; --limit allows more)" if len(scenes) > len(shown) else ""
-    console.print(f"drew {len(shown)} scenes{left_out} to {folder}, all together in {folder / SHEET_FILE}")
 
 
 def view(path: PathArgument, pair: PairOption = 0, scene: Annotated[str, typer.Option(help="Scene id.")] = "") -> None:
@@ -62,6 +69,53 @@ def view(path: PathArgument, pair: PairOption = 0, scene: Annotated[str, typer.O
     scene_set, scenes = find_scenes(path / "scenes" / scene if scene else path)
     shown = picture_model(scenes[0], scene_set.assets_of(scenes[0]), pair)
     open_viewer(shown)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Task:
+    """Where pictures go and what they are like."""
+
+    folder: Path
+    width: int
+    height: int
+    backend: str
+    console: Console
+
+
+def _draw_scenes(
+    scene_set: SceneSet, scenes: Sequence[Scene], pair: int, is_moving: bool, task: _Task
+) -> dict[str, Image]:
+    """Write stills (and videos) of scenes; returns one picture of each for the contact sheet."""
+    shown: dict[str, Image] = {}
+    for scene in track(scenes, description="drawing scenes", console=task.console, transient=True):
+        assets = scene_set.assets_of(scene)
+        pictures = render_scene(scene, assets, pair, width=task.width, height=task.height, backend=task.backend)
+        shown[scene.scene_id] = pictures[1]
+        for name, picture in zip(("scene", "table"), pictures, strict=True):
+            write_image(task.folder / f"{scene.scene_id}_{name}.png", picture)
+        if is_moving:
+            frames = render_turn(scene, assets, pair, width=task.width, height=task.height, backend=task.backend)
+            write_video(frames, task.folder / f"{scene.scene_id}.mp4", VIDEO_FPS)
+    return shown
+
+
+def _draw_episodes(path: Path, scenes: Path | None, limit: int, task: _Task) -> dict[str, Image]:
+    """Write a video of each episode; returns the last frame of each for the contact sheet."""
+    found = scenes or Path(read_model(path / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes)
+    scene_set = SceneSet.open(found)
+    motions = islice(replay_motions(path, cast(EpisodeScenes, scene_set)), limit)
+    shown: dict[str, Image] = {}
+    for motion in track(motions, description="drawing episodes", console=task.console, transient=True, total=None):
+        scene, row = motion.scene, motion.row
+        model = picture_model(scene, scene_set.assets_of(scene), row.pair).model
+        frames = list(
+            render_rollout(model, motion.qpos, EPISODE_VIEW, width=task.width, height=task.height, backend=task.backend)
+        )
+        write_video(frames, task.folder / f"{scene.scene_id}_pair{row.pair}_{row.outcome}.mp4", VIDEO_FPS)
+        shown[f"{scene.scene_id} pair {row.pair}: {row.outcome}"] = frames[-1]
+    if not shown:
+        raise InvalidValueError(f"{path}: the evaluation has no episodes to draw")
+    return shown
 
 
 def find_scenes(path: Path) -> tuple[SceneSet, Sequence[Scene]]:

@@ -135,3 +135,15 @@ def test_mistakes_end_in_one_line_and_exit_code_2(stored_set, tmp_path, monkeypa
     lines = [line for line in capsys.readouterr().err.splitlines() if line]
     assert len(lines) == 1
     assert message in lines[0]
+
+
+def test_render_makes_a_video_of_each_episode_of_an_evaluation(stored_set, tmp_path):
+    results, out = tmp_path / "results", tmp_path / "pictures"
+    made = ["evaluate", "--policy", "zero", "--scenes", str(stored_set), "--out", str(results)]
+    assert run([*made, "--pairs", "1", "--max-steps", "3"]) == 0
+    arguments = ["--out", str(out), "--width", "48", "--height", "32", "--backend", "raycast", "--limit", "1"]
+    assert run(["render", str(results), *arguments]) == 0
+    videos = [path.name for path in out.glob("*.mp4")]
+    assert len(videos) == 1
+    assert videos[0].startswith("boxes-0_pair0_")
+    assert (out / "contact_sheet.png").is_file()
