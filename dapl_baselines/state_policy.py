@@ -23,6 +23,9 @@ BATCH_ROWS = 32
 """Rows of every forward pass, padded with zeros: a matrix product's last bits depend on the shape of the batch."""
 
 
+LayerSize = Annotated[int, Field(ge=1, le=4096)]
+
+
 class StateMlpConfig(FileModel):
     """Architecture of the perceptron.
 
@@ -33,7 +36,7 @@ class StateMlpConfig(FileModel):
     """
 
     schema_version: Literal[1] = 1
-    hidden_sizes: tuple[Annotated[int, Field(ge=1, le=4096)], ...] = Field(default=(256, 128), min_length=1, max_length=8)
+    hidden_sizes: tuple[LayerSize, ...] = Field(default=(256, 128), min_length=1, max_length=8)
     action_scale_rad: float = Field(default=0.1, gt=0, le=0.5)
 
 

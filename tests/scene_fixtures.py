@@ -1,6 +1,8 @@
 """Small scenes of boxes, made in code, that every test of simulation, environments and evaluation can use."""
 
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from clutter6d.assets.asset import (
 )
 from clutter6d.geometry import Pose
 from clutter6d.scene import TABLE, Certificate, GoalPair, PlacedObject, Relation, Scene, SceneGraph
+from clutter6d.scenegen.scene_set import GenerationRecord, SceneSet, SceneSetFile
 from clutter6d.seeding import generator
 from clutter6d.sim.scene_model import SceneModel, compile_stored_scene
 
@@ -108,12 +111,23 @@ def make_box_scene_set(scenes: int = 2) -> BoxSceneSet:
     return BoxSceneSet(scenes=tuple(scene for scene, _ in made), assets=assets)
 
 
+def write_box_scene_set(path: Path, scenes: int = 2) -> SceneSet:
+    """The same scenes as a folder on disk."""
+    made = make_box_scene_set(scenes)
+    header = SceneSetFile(track="sparse", seed=0, library_sha256="0" * 64, generator_version="test")
+    stored = SceneSet.create(path, header)
+    for scene in made.scenes:
+        stored.add(scene, made.assets_of(scene), GenerationRecord(failures={}, seconds=0.0))
+    return SceneSet.open(path)
+
+
 def make_box_scene(index: int = 0) -> tuple[Scene, SceneModel]:
     """One scene and its compiled model."""
     scene, assets = _make_scene(index)
     return scene, compile_stored_scene(scene, {asset.content_hash: asset for asset in assets})
 
 
+@cache
 def _make_scene(index: int) -> tuple[Scene, list[Asset]]:
     names = ("target", "large_0", "small_0", "small_1")
     grown = 0.005 * index

@@ -11,7 +11,8 @@ from rich.table import Table
 from clutter6d.envs.termination import MAX_CONTROL_STEPS
 from clutter6d.errors import MissingFileError
 from clutter6d.eval.evaluator import REPORT_FILE, Evaluation, EvaluationConfig
-from clutter6d.eval.policy import PolicyOptions, load_policy
+from clutter6d.eval.policy import PolicyOptions
+from clutter6d.eval.policy_loading import load_policy
 from clutter6d.eval.replay import Replay
 from clutter6d.eval.report import Report, to_table
 from clutter6d.eval.runner import EpisodeScenes

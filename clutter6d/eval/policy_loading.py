@@ -1,0 +1,97 @@
+"""Finding a policy by what stands behind ``--policy``."""
+
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import cast
+
+from clutter6d.errors import (
+    Clutter6DError,
+    InvalidValueError,
+    MissingDependencyError,
+    MissingFileError,
+    UnknownNameError,
+)
+from clutter6d.eval.policy import Policy, PolicyFactory, PolicyOptions
+
+ENTRY_POINT_GROUP = "clutter6d.policies"
+CHECKPOINT_ENTRY_POINT = "checkpoint"
+
+
+def load_policy(spec: str, options: PolicyOptions | None = None) -> Policy:
+    """Make a policy from what stands behind ``--policy``.
+
+    Args:
+        spec: A name (``zero``, ``random``, ``planner``, ...), ``package.module:factory``, or a ``.pt`` checkpoint.
+        options: Seed and threads.
+
+    Raises:
+        UnknownNameError: No such name, module or factory.
+        MissingFileError: No such checkpoint.
+        InvalidFileError: The checkpoint is not acceptable.
+        MissingDependencyError: The policy needs a package that is not installed.
+        InvalidValueError: The module or factory fails.
+    """
+    chosen = options or PolicyOptions()
+    known = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
+    if Path(spec).suffix == ".pt":
+        return _load_checkpoint(Path(spec), chosen, known)
+    names = [name for name in known if name != CHECKPOINT_ENTRY_POINT]
+    if spec in names:
+        factory = _import(spec, known[spec].value, names)
+    elif ":" in spec:
+        factory = _import(spec, spec, names)
+    else:
+        raise UnknownNameError("policy", spec, [*names, "package.module:factory", "checkpoint.pt"])
+    return _checked(spec, _call(spec, cast(PolicyFactory, factory), chosen))
+
+
+def _load_checkpoint(path: Path, options: PolicyOptions, known: dict[str, EntryPoint]) -> Policy:
+    if not path.is_file():
+        raise MissingFileError("checkpoint", path)
+    if CHECKPOINT_ENTRY_POINT not in known:
+        raise MissingDependencyError(f"no package that reads checkpoints is installed, needed for {path}")
+    point = known[CHECKPOINT_ENTRY_POINT]
+    loader = cast(Callable[[Path, PolicyOptions], Policy], _import(point.name, point.value, known))
+    return _checked(str(path), loader(path, options))
+
+
+def _import(spec: str, target: str, known: Iterable[str]) -> object:
+    module_name, _, attribute = target.partition(":")
+    if not all(part.isidentifier() for part in [*module_name.split("."), attribute]):
+        raise InvalidValueError(f"policy '{spec}' is not of the form package.module:factory")
+    try:
+        module = import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name and (module_name == error.name or module_name.startswith(f"{error.name}.")):
+            raise UnknownNameError("policy module", module_name, known) from None
+        raise MissingDependencyError(f"policy '{spec}' needs the package '{error.name}': {_line(error)}") from None
+    except Clutter6DError:
+        raise
+    except Exception as error:  # noqa: BLE001  a user's module may fail in any way; the message says how
+        raise InvalidValueError(f"policy '{spec}': importing {module_name} failed: {_line(error)}") from None
+    factory = getattr(module, attribute, None)
+    if not callable(factory):
+        callables = [name for name in dir(module) if callable(getattr(module, name)) and not name.startswith("_")]
+        raise UnknownNameError(f"factory in {module_name}", attribute, callables)
+    return factory
+
+
+def _call(spec: str, factory: PolicyFactory, options: PolicyOptions) -> object:
+    try:
+        return factory(options)
+    except TypeError as error:
+        raise InvalidValueError(f"policy '{spec}': the factory does not take PolicyOptions: {_line(error)}") from None
+
+
+def _checked(spec: str, policy: object) -> Policy:
+    wanted = ("name", "policy_hash", "is_privileged", "needs_observation", "begin", "act")
+    missing = [name for name in wanted if not hasattr(policy, name)]
+    if missing:
+        raise InvalidValueError(f"policy '{spec}' is a {type(policy).__name__} without '{missing[0]}'")
+    return cast(Policy, policy)
+
+
+def _line(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
