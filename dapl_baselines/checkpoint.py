@@ -28,7 +28,7 @@ except ModuleNotFoundError:
 
 from dapl_baselines.state_policy import StateMlp, StateMlpConfig, StatePolicy
 
-FORMAT = "clutter6d-checkpoint"
+FORMAT: Literal["clutter6d-checkpoint"] = "clutter6d-checkpoint"
 MAX_FILE_BYTES = 2 << 30
 MAX_PICKLE_BYTES = 16 << 20
 

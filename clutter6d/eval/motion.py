@@ -66,12 +66,14 @@ def replay_motions(folder: Path, scenes: EpisodeScenes) -> Iterator[EpisodeMotio
 def simulate_motion(
     model: SceneModel, scene: Scene, pair: int, actions: Float32[np.ndarray, "step 7"], config: EnvConfig | None = None
 ) -> Float64[np.ndarray, "frame nq"]:
-    """Configurations at the start of a goal pair and after each action."""
+    """Configurations at the start of a goal pair and after each action; ends where the simulation became unstable."""
     env, slot = ClutterVectorEnv([model], config, threads=1), np.zeros(1, dtype=np.int64)
     env.load(slot, [model], [scene.goal_pairs[pair]])
     frames = [_configuration(env)]
     for action in actions:
-        env.step(slot, action[None])
+        is_unstable = env.step(slot, action[None])[0]
+        if is_unstable:
+            break
         frames.append(_configuration(env))
     return np.stack(frames)
 
