@@ -11,7 +11,7 @@ import resource
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
@@ -145,11 +145,11 @@ class _Worker:
     def _spawn(self) -> None:
         context = get_context("spawn")
         self.connection, theirs = context.Pipe()
-        arguments = (self._function, theirs, self._limits.memory_bytes)
-        self._process = context.Process(target=_serve, args=arguments, daemon=True)
+        self._process = context.Process(target=_serve, args=(theirs, self._limits.memory_bytes), daemon=True)
         with _single_threaded():
             self._process.start()
         theirs.close()
+        self._is_new = True
         self._is_ready = False
 
     @property
@@ -161,7 +161,11 @@ class _Worker:
             self._spawn()
         self._task, self._stage = (index, item), ""
         self._begin(is_ready=self._is_ready)
-        self.connection.send(item)
+        with suppress(OSError):  # a child that died already is seen by poll
+            if self._is_new:
+                self.connection.send(self._function)
+            self._is_new = False
+            self.connection.send(item)
 
     def _begin(self, *, is_ready: bool = True) -> None:
         self._is_ready, self._started, self._used_before = is_ready, time.monotonic(), self._processor_seconds()
@@ -222,12 +226,13 @@ def _to_result(
     return TaskResult(index=index, item=item, value=value, failure=failure, seconds=seconds)
 
 
-def _serve(function: Callable[[Any], Any], connection: Connection, memory_bytes: int | None) -> None:
-    """The child's loop: receive an item, send its result, until the pipe closes."""
+def _serve(connection: Connection, memory_bytes: int | None) -> None:
+    """The child's loop: receive the function, then an item, send its result, until the pipe closes."""
     global _stage_connection
     _stage_connection = connection
     if memory_bytes is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+    function = connection.recv()
     connection.send(("ready",))
     while True:
         try:

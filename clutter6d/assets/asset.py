@@ -112,7 +112,7 @@ class Quality:
         part_vertices: Vertices of all parts.
         volume_ratio: Volume of the parts' union over the volume of the repaired mesh.
         hull_volume_ratio: Summed volume of the parts over the volume of the convex hull.
-        hausdorff_m: Symmetric Hausdorff distance between the repaired mesh's surface and the parts' union.
+        hausdorff_m: Symmetric Hausdorff distance between the repaired mesh's solid and the parts' union.
         stable_candidates: Stable orientations proposed by geometry.
         stable_verified: Those that held in simulation.
         seconds: Processor time of each stage, on one core.
