@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, cast
+from typing import Any, Protocol, cast, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -56,6 +56,7 @@ TABLETOP_CATEGORIES = (
 """LVIS categories of things that stand on a table."""
 
 
+@runtime_checkable
 class Downloader(Protocol):
     """The part of the ``objaverse`` package that is used."""
 

@@ -83,11 +83,11 @@ def test_parts_fill_what_is_seen(family: str):
     design, shape = FAMILIES[family].design(0, 0), shape_of(family, 0)
     felt, seen = union_of_parts(shape), union_of_shells(design)
     assert shape.volume_m3 == pytest.approx(seen.volume(), rel=1e-6)
-    assert felt.volume() == pytest.approx(seen.volume(), rel=0.12)
-    tolerance_m = 0.035 * design.longest_m + 0.001
+    assert felt.volume() == pytest.approx(seen.volume(), rel=0.11)
+    tolerance_m = 0.065 * design.longest_m
     for surface, other in ((felt, seen), (seen, felt)):
-        points, _ = sample_surface(*surface_of(surface), 1500, generator(0, "test"))
-        assert SurfaceDistance(*surface_of(other), samples=6000).closest(points)[1].max() < tolerance_m
+        points, _ = sample_surface(*surface_of(surface), 600, generator(0, "test"))
+        assert SurfaceDistance(*surface_of(other), samples=20_000).closest(points, neighbours=16)[1].max() < tolerance_m
 
 
 @pytest.mark.parametrize("family", FAMILY_NAMES)
@@ -102,7 +102,7 @@ def test_mass_is_balanced_within_the_object(family: str):
     design = FAMILIES[family].design(0, 1)
     shape, balance = design.shape(), design.balance()
     low, high = corners_of(shape).min(axis=0), corners_of(shape).max(axis=0)
-    assert 0.01 <= balance.mass_kg <= 3.0
+    assert 0.02 <= balance.mass_kg <= 3.0
     assert (low < balance.centre_m).all()
     assert (balance.centre_m < high).all()
     principal = np.linalg.eigvalsh(balance.inertia_per_kg)
@@ -122,9 +122,10 @@ def test_declared_symmetries_leave_the_shape_unchanged(family: str):
     np.testing.assert_allclose(rotations[0], [1, 0, 0, 0], atol=1e-12)
     vertices, faces = surface_of(union_of_shells(FAMILIES[family].design(0, 0)))
     centred = vertices - np.array(shape.centre_of_mass_m)
-    surface = SurfaceDistance(centred, faces, samples=6000)
+    surface = SurfaceDistance(centred, faces, samples=20_000)
+    stride = 1 + len(centred) // 300
     for quat in rotations[1:]:
-        _, distance = surface.closest(rotate(quat, centred[::3]))
+        _, distance = surface.closest(rotate(quat, centred[::stride]), neighbours=16)
         assert distance.max() < 0.012 * np.ptp(centred, axis=0).max() + 0.0006
 
 
@@ -234,8 +235,8 @@ def test_a_box_has_the_textbook_mass_and_inertia():
 
 def test_mirroring_keeps_surfaces_outward():
     wedge = lathe([(0.05, 0), (0.02, 0.1)]).at(x=0.3)
-    assert _volume(wedge.stretch(x=-1)) == pytest.approx(_volume(wedge))
-    assert _volume(wedge.turn("y", 37).turn("z", -80)) == pytest.approx(_volume(wedge))
+    assert _volume(wedge.stretch(x=-1)) == pytest.approx(_volume(wedge), rel=1e-4)
+    assert _volume(wedge.turn("y", 37).turn("z", -80)) == pytest.approx(_volume(wedge), rel=1e-4)
 
 
 def _volume(solid: Solid) -> float:
@@ -246,10 +247,12 @@ def test_what_is_only_seen_has_no_parts():
     assert disc(0.02, 0.001).seen_only().parts == ()
 
 
-def test_a_design_is_made_lighter_and_never_heavier():
+def test_a_design_weighs_what_it_may():
     design = Design((Piece(box(0.1, 0.1, 0.1), "steel", "steel"),))
-    assert design.no_heavier_than(2.0).balance().mass_kg == pytest.approx(2.0)
-    assert design.no_heavier_than(100.0).balance().mass_kg == design.balance().mass_kg
+    own_kg = design.balance().mass_kg
+    assert design.weighing(0.02, 2.0).balance().mass_kg == pytest.approx(2.0)
+    assert design.weighing(10.0, 20.0).balance().mass_kg == pytest.approx(10.0)
+    assert design.weighing(0.02, 20.0).balance().mass_kg == own_kg
 
 
 @pytest.mark.parametrize(("symmetry", "order"), [(ASYMMETRIC, 1), (BOX, 4), (CUBE, 24), (prism(6), 12), (TURNED, 1)])

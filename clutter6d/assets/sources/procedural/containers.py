@@ -21,7 +21,7 @@ def bottle(draw: Draw) -> Design:
     shoulder = height * draw.size(0.5, 0.66)
     profile = [(radius, 0), (radius, shoulder), (neck * 1.1, shoulder + height * 0.2), (neck, height)]
     body = lathe(profile, rounding=draw.size(0.012, 0.03))
-    cap = disc(neck * 1.15, 0.018).at(z=height)
+    cap = disc(neck * 1.15, 0.02).at(z=height - 0.002)
     label = disc(radius * 1.006, shoulder * 0.55, rounding=0.0005).at(z=shoulder * 0.2)
     made_of = draw.one("glass", "plastic")
     fill = contents(draw) * 1000 / (2500 if made_of == "glass" else 1000)
@@ -55,7 +55,7 @@ def jar(draw: Draw) -> Design:
     """A preserving jar with a screw lid."""
     radius, height = draw.size(0.033, 0.045), draw.size(0.07, 0.13)
     body = lathe([(radius, 0), (radius, height * 0.8), (radius * 0.82, height * 0.92)], rounding=0.012)
-    lid = disc(radius * 0.88, 0.016).at(z=height * 0.92)
+    lid = disc(radius * 0.88, 0.018).at(z=height * 0.92 - 0.002)
     label = disc(radius * 1.008, height * 0.38, rounding=0.0005).at(z=height * 0.22)
     filling = draw.one("red", "amber", "plum", "green", "clear", "brown", "orange")
     lid_piece = Piece(lid, "steel", draw.one("brass", "red", "white", "black", "forest"), 0.06)
@@ -105,7 +105,7 @@ def soap_dispenser(draw: Draw) -> Design:
     radius, height = draw.size(0.032, 0.04), draw.size(0.11, 0.14)
     outline = draw.one(ROUND, rectangle_outline(1.8, 1.8, 0.3))
     body = lathe([(radius, 0), (radius, height * 0.85), (radius * 0.45, height)], rounding=0.014, outline=outline)
-    collar, stem = disc(0.015, 0.016).at(z=height), disc(0.005, 0.03).at(z=height + 0.014)
+    collar, stem = disc(0.015, 0.018).at(z=height - 0.002), disc(0.005, 0.03).at(z=height + 0.014)
     nozzle = bar(
         [(-0.014, 0, 0), (0.02, 0, 0), (0.042, 0, -0.008)], [0.022, 0.017, 0.009], [0.01, 0.01, 0.008], rounding=0.01
     ).at(z=height + 0.046)
@@ -162,7 +162,7 @@ def pill_bottle(draw: Draw) -> Design:
     """A medicine bottle with a broad cap."""
     radius, height = draw.size(0.02, 0.028), draw.size(0.055, 0.08)
     body = lathe([(radius, 0), (radius, height * 0.86), (radius * 0.8, height)], rounding=0.006)
-    cap = disc(radius * 1.02, 0.02).at(z=height)
+    cap = disc(radius * 1.02, 0.022).at(z=height - 0.002)
     label = disc(radius * 1.01, height * 0.5, rounding=0.0005).at(z=height * 0.18)
     pieces = (
         Piece(body, "plastic", draw.one("orange", "amber", "white", "brown"), draw.one(0.5, 0.15)),

@@ -90,9 +90,10 @@ class Design:
         """The same object, rotated about an axis of the origin; its symmetry is declared for the result."""
         return self._mapped(lambda solid: solid.turn(axis, degrees))
 
-    def no_heavier_than(self, mass_kg: Number) -> "Design":
-        """The same object, its pieces hollowed alike if it would weigh more."""
-        factor = min(1.0, mass_kg / self.balance().mass_kg)
+    def weighing(self, lightest_kg: Number, heaviest_kg: Number) -> "Design":
+        """The same object, its pieces made denser or hollowed alike if it would weigh less or more."""
+        mass_kg = self.balance().mass_kg
+        factor = min(max(mass_kg, lightest_kg), heaviest_kg) / mass_kg
         return replace(self, pieces=tuple(replace(piece, fill=piece.fill * factor) for piece in self.pieces))
 
     def balance(self) -> "Balance":
@@ -107,7 +108,7 @@ class Design:
         second = total[1:, 1:] / mass - np.outer(centre, centre)
         x, y, z = np.round(centre, 7) + 0.0
         return Balance(
-            mass_kg=round(float(mass), 4),
+            mass_kg=round(float(mass), 5),
             centre_m=(float(x), float(y), float(z)),
             inertia_per_kg=np.round(np.trace(second) * np.eye(3) - second, 12) + 0.0,
         )

@@ -12,6 +12,9 @@ Range = tuple[float, float]
 LARGE_SHARE = 2 / 3
 """Share of large objects in a family that has both, which makes about four tenths of all objects large."""
 
+LIGHTEST_KG = 0.02
+"""Below this, contacts at the simulator's step are no longer stiff and calm at once."""
+
 HEAVIEST_KG = (1.8, 3.0)
 """The range from which the mass is drawn above which an object is made hollow: the arm has to push it."""
 
@@ -39,7 +42,7 @@ class Family:
         first, second = (self.large, self.small) if is_large else (self.small, self.large)
         longest_m = draw.size(*(first or second or SMALL_EXTENT_M))
         heaviest_kg = draw.size(*HEAVIEST_KG)
-        return self.draw(draw).scaled_to(longest_m).no_heavier_than(heaviest_kg)
+        return self.draw(draw).scaled_to(longest_m).weighing(LIGHTEST_KG, heaviest_kg)
 
 
 def family(*, small: Range | None = None, large: Range | None = None) -> Callable[[Callable[[Draw], Design]], Family]:

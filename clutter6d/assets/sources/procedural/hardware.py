@@ -37,7 +37,7 @@ def pipe_elbow(draw: Draw) -> Design:
     """A quarter bend of pipe with its two collars."""
     radius, bend = draw.size(0.018, 0.026), draw.size(0.035, 0.05)
     arc = [(bend * (1 - np.cos(t)), 0.0, bend * np.sin(t)) for t in np.linspace(0, np.pi / 2, 5)]
-    tube = bar([(0, 0, -0.02), *arc, (bend + 0.02, 0, bend)], radius * 2)
+    tube = bar([(0, 0, -0.025), *arc, (bend + 0.025, 0, bend)], radius * 2)
     collar, hole = disc(radius * 1.25, 0.022), disc(radius * 0.95, 0.001, rounding=0.0003)
     holes = hole.at(z=-0.0425) + hole.turn("y", 90).at(x=bend + 0.0416, z=bend)
     ends = collar.at(z=-0.042) + collar.turn("y", 90).at(x=bend + 0.02, z=bend)

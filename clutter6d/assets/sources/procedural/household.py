@@ -3,7 +3,7 @@
 from clutter6d.assets.sources.procedural.design import Design, Draw, Piece
 from clutter6d.assets.sources.procedural.family import family
 from clutter6d.assets.sources.procedural.outline import polygon_outline
-from clutter6d.assets.sources.procedural.primitives import bar, box, cup, disc, lathe, ring, slab
+from clutter6d.assets.sources.procedural.primitives import ROUND, arch, bar, box, cup, disc, lathe, ring, slab
 from clutter6d.assets.sources.procedural.solid import weld
 from clutter6d.assets.sources.procedural.symmetry import BOX, SPOOL, TURNED, Symmetry, prism, pyramid
 
@@ -78,8 +78,8 @@ def vase(draw: Draw) -> Design:
     shape = draw.one(*shapes)
     made_of = draw.one("ceramic", "ceramic", "glass", "wood")
     sides = draw.one(0, 0, 6)
-    section = polygon_outline(sides, 0.1) if sides else None
-    body = lathe(shape, rounding=0.05, outline=section) if section else lathe(shape, rounding=0.05)
+    section = polygon_outline(sides, 0.1) if sides else ROUND
+    body = lathe(shape, rounding=0.05, edge=0.004, outline=section)
     mouth = disc(shape[-1][0] * 0.8, 0.002, rounding=0.0005).at(z=height - 0.001)
     pieces = (Piece(body, made_of, draw.colour(made_of), 0.4), Piece(mouth.seen_only(), made_of, "black", 0.05))
     return Design(pieces, pyramid(sides) if sides else TURNED)
@@ -245,9 +245,7 @@ def padlock(draw: Draw) -> Design:
     body = box(x, y, z, rounding=0.005)
     high = z + draw.size(0.026, 0.04)
     inset = x * 0.32
-    bow = bar(
-        [(-inset, 0, z - 0.004), (-inset, 0, high), (inset, 0, high), (inset, 0, z - 0.004)], 0.0075, rounding=0.02
-    )
+    bow = bar(arch(inset, z - 0.004, high), 0.0075, rounding=0.02)
     plate = box(x * 0.6, y + 0.0012, z * 0.5, rounding=0.002).at(z=z * 0.2)
     made_of = draw.one("brass", "steel")
     pieces = (

@@ -3,7 +3,7 @@
 from clutter6d.assets.sources.procedural.design import Design, Draw, Piece
 from clutter6d.assets.sources.procedural.family import family
 from clutter6d.assets.sources.procedural.outline import circle
-from clutter6d.assets.sources.procedural.primitives import bar, box, cup, disc, lathe, ring, slab
+from clutter6d.assets.sources.procedural.primitives import arch, bar, box, cup, disc, lathe, ring, slab
 from clutter6d.assets.sources.procedural.solid import weld
 from clutter6d.assets.sources.procedural.symmetry import HALF_TURN_Z, TURNED, Symmetry
 from clutter6d.assets.sources.procedural.tableware import ear
@@ -139,8 +139,8 @@ def rolling_pin(draw: Draw) -> Design:
 def shaker(draw: Draw) -> Design:
     """A salt or pepper shaker."""
     radius, height = draw.size(0.02, 0.027), draw.size(0.06, 0.085)
-    body = lathe([(radius, 0), (radius * 0.72, height * 0.6), (radius * 0.8, height)], rounding=0.02)
-    cap = lathe([(radius * 0.85, 0), (radius * 0.85, 0.012), (radius * 0.4, 0.02)], rounding=0.006).at(z=height)
+    body = lathe([(radius, 0), (radius * 0.72, height * 0.6), (radius * 0.8, height)], rounding=0.02, edge=0.003)
+    cap = lathe([(radius * 0.85, 0), (radius * 0.85, 0.012), (radius * 0.4, 0.02)], rounding=0.006).at(z=height - 0.002)
     made_of = draw.one("glass", "ceramic", "wood")
     return Design((Piece(body, made_of, draw.colour(made_of), 0.6), Piece(cap, "steel", "steel", 0.15)), TURNED)
 
@@ -167,13 +167,8 @@ def pitcher(draw: Draw) -> Design:
 def pastry_cutter(draw: Draw) -> Design:
     """A round pastry cutter with a grip."""
     radius = draw.size(0.035, 0.05)
-    rim = ring(radius, radius - 0.004, draw.size(0.03, 0.04), sectors=10)
-    grip = bar(
-        [(-radius + 0.002, 0, 0.03), (-radius * 0.7, 0, 0.07), (radius * 0.7, 0, 0.07), (radius - 0.002, 0, 0.03)],
-        0.012,
-        0.006,
-        rounding=0.02,
-    )
+    rim = ring(radius, radius - 0.004, draw.size(0.03, 0.04), sectors=8)
+    grip = bar(arch(radius - 0.002, 0.026, 0.07), 0.012, 0.006, rounding=0.02)
     return Design((Piece(rim, "steel", "steel"), Piece(grip, "plastic", draw.colour("plastic"))), HALF_TURN_Z)
 
 

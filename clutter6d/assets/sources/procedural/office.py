@@ -83,7 +83,7 @@ def pencil_cup(draw: Draw) -> Design:
 def tape_roll(draw: Draw) -> Design:
     """A roll of adhesive tape."""
     radius, height = draw.size(0.04, 0.055), draw.size(0.02, 0.048)
-    tape = ring(radius, radius * 0.7, height, sectors=8)
+    tape = ring(radius, radius * 0.7, height).felt_as(ring(radius, radius * 0.66, height))
     core = ring(radius * 0.71, radius * 0.66, height * 0.99)
     core = core.at(z=height * 0.005)
     colour = draw.one("sand", "graphite", "clear", "red", "blue", "mustard", "green")

@@ -52,7 +52,7 @@ def rectangle_outline(x: Number = 2.0, y: Number = 2.0, rounding: Number = 0.15)
 
 def rounded(
     corners: Sequence[Sequence[Number]] | Float64[np.ndarray, "_corner _axis"],
-    radius: Number,
+    radius: Number | Sequence[Number],
     *,
     closed: bool = False,
     steps: int = 3,
@@ -62,11 +62,12 @@ def rounded(
     Args:
         corners: The control points.
         radius: How far along each side an arc begins at most; half a side is the limit, which a large radius reaches,
-            and then the curve is a quadratic B-spline.
+            and then the curve is a quadratic B-spline. One for all corners, or one for each.
         closed: Whether the last point joins the first.
         steps: Segments of each arc.
     """
     points = np.asarray(corners, dtype=float)
+    radii = np.broadcast_to(np.asarray(radius, dtype=float), len(points))
     before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
     result: list[np.ndarray] = []
     for i, (a, b, c) in enumerate(zip(before, points, after, strict=True)):
@@ -74,10 +75,19 @@ def rounded(
             result.append(b[None])
             continue
         lengths = [np.sqrt(((end - b) ** 2).sum()) for end in (a, c)]
-        start, end = (b + (p - b) * min(radius / max(n, 1e-12), 0.5) for p, n in zip((a, c), lengths, strict=True))
+        start, end = (b + (p - b) * min(radii[i] / max(n, 1e-12), 0.5) for p, n in zip((a, c), lengths, strict=True))
         t = np.linspace(0, 1, steps + 1)[:, None]
         result.append((1 - t) ** 2 * start + 2 * t * (1 - t) * b + t**2 * end)
     curve = np.concatenate(result)
     apart = np.sqrt(((curve - np.roll(curve, 1, axis=0)) ** 2).sum(axis=1)) > 1e-6
     apart[0] = apart[0] if closed else True
     return curve[apart]
+
+
+def simplified(
+    corners: Sequence[Sequence[Number]] | Float64[np.ndarray, "_corner _axis"], radius: Number
+) -> Float64[np.ndarray, "_corner _axis"]:
+    """As many points as there are corners, each on the rounded polyline: the ends, and the middle of every arc."""
+    points = np.asarray(corners, dtype=float)
+    middles = [rounded(points[i : i + 3], radius, steps=2)[1:-1] for i in range(len(points) - 2)]
+    return np.stack([points[0], *(arc[len(arc) // 2] for arc in middles), points[-1]])

@@ -3,7 +3,7 @@
 from clutter6d.assets.sources.procedural.design import Design, Draw, Piece
 from clutter6d.assets.sources.procedural.family import family
 from clutter6d.assets.sources.procedural.outline import rectangle_outline
-from clutter6d.assets.sources.procedural.primitives import bar, box, cup, open_box, slab
+from clutter6d.assets.sources.procedural.primitives import arch, bar, box, cup, open_box, slab
 from clutter6d.assets.sources.procedural.solid import weld
 from clutter6d.assets.sources.procedural.symmetry import BOX, HALF_TURN_Z
 
@@ -73,12 +73,7 @@ def basket(draw: Draw) -> Design:
     outline = draw.one(None, rectangle_outline(1.8, 1.8, 0.3))
     body = cup([(rim * 0.8, 0), (rim, height)], wall=0.006, floor=0.006, outline=outline, sectors=8)
     reach = rim * (0.96 if outline is None else 0.87)
-    bow = bar(
-        [(-reach, 0, height - 0.02), (-reach, 0, height * 1.9), (reach, 0, height * 1.9), (reach, 0, height - 0.02)],
-        0.018,
-        0.006,
-        rounding=0.1,
-    )
+    bow = bar(arch(reach, height - 0.02, height * 1.85), 0.018, 0.006, rounding=0.1)
     made_of = draw.one("wood", "plastic")
     colour = draw.colour(made_of)
     return Design((Piece(body, made_of, colour, 0.7), Piece(bow, made_of, colour)), HALF_TURN_Z)

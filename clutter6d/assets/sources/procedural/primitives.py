@@ -16,6 +16,7 @@ from clutter6d.assets.sources.procedural.outline import (
     rectangle_outline,
     round_outline,
     rounded,
+    simplified,
 )
 from clutter6d.assets.sources.procedural.solid import Points, Solid, loft, weld
 
@@ -58,18 +59,22 @@ def disc(radius: Number, height: Number, *, rounding: Number = 0.002, outline: O
     return lathe([(radius, 0.0), (radius, height)], rounding=rounding, outline=outline)
 
 
-def lathe(profile: Profile, *, rounding: Number = 0.002, outline: Outline = ROUND) -> Solid:
+def lathe(profile: Profile, *, rounding: Number = 0.002, edge: Number | None = None, outline: Outline = ROUND) -> Solid:
     """A solid turned body; one convex part for each convex run of the profile.
 
     Args:
         profile: Radii and heights; a horizontal step is two points of one height.
         rounding: How far corners are rounded for the eye; large values make smooth curves of the profile.
+        edge: The same for the edges of the foot and the top; as ``rounding`` if ``None``.
         outline: The cross-section.
     """
     (_, bottom), (_, top) = profile[0], profile[-1]
-    curve = rounded([(0.0, bottom), *profile, (0.0, top)], rounding)
+    radii = [rounding] * (len(profile) + 2)
+    radii[1] = radii[-2] = rounding if edge is None else edge
+    curve = rounded([(0.0, bottom), *profile, (0.0, top)], radii)
     shell = loft([ring_at(outline.fine, radius, z) for radius, z in curve])
-    return Solid((shell,), tuple(_turned_part(run, outline) for run in convex_runs(profile)))
+    felt = [(float(radius), float(z)) for radius, z in simplified(profile, rounding)]
+    return Solid((shell,), tuple(_turned_part(run, outline) for run in convex_runs(felt)))
 
 
 def convex_runs(profile: Profile) -> list[list[tuple[Number, Number]]]:
@@ -182,8 +187,14 @@ def bar(
     stations = np.column_stack([points, wide, thick])
     fine = rounded(stations, rounding, steps=4)
     shell = loft(_swept(fine, fine_section, np.asarray(side, dtype=float)))
-    coarse = _swept(stations, coarse_section, np.asarray(side, dtype=float))
+    coarse = _swept(simplified(stations, rounding), coarse_section, np.asarray(side, dtype=float))
     return Solid((shell,), tuple(np.concatenate(pair) for pair in pairwise(coarse)))
+
+
+def arch(reach: Number, low: Number, high: Number) -> list[tuple[Number, Number, Number]]:
+    """A path for a bow in the plane of x and z, from one foot up and over to the other."""
+    side = [(reach, 0.0, low), (reach, 0.0, low + (high - low) * 0.6), (reach * 0.62, 0.0, high)]
+    return [*((-x, y, z) for x, y, z in side), *reversed(side)]
 
 
 def _swept(stations: Float64[np.ndarray, "station 5"], section: Curve, side: Float64[np.ndarray, "3"]) -> list[Points]:

@@ -48,7 +48,7 @@ class Solid:
 
     def at(self, x: Number = 0.0, y: Number = 0.0, z: Number = 0.0) -> "Solid":
         """The body, moved."""
-        return self._mapped(np.eye(3), np.array([x, y, z]))
+        return self._mapped(np.eye(3), np.array([x, y, z], dtype=float))
 
     def turn(self, axis: str, degrees: Number) -> "Solid":
         """The body, rotated about the origin's ``x``, ``y`` or ``z`` axis."""
@@ -60,7 +60,7 @@ class Solid:
 
     def stretch(self, x: Number = 1.0, y: Number = 1.0, z: Number = 1.0) -> "Solid":
         """The body, scaled along the axes about the origin; a negative factor mirrors it."""
-        return self._mapped(np.diag([x, y, z]), np.zeros(3))
+        return self._mapped(np.diag(np.array([x, y, z], dtype=float)), np.zeros(3))
 
     def _mapped(self, matrix: Float64[np.ndarray, "3 3"], shift: Float64[np.ndarray, "3"]) -> "Solid":
         mirrored = np.linalg.det(matrix) < 0

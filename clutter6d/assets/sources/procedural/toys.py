@@ -157,9 +157,9 @@ def ring_stack(draw: Draw) -> Design:
     for i in range(count):
         rim = radius * (0.95 - 0.55 * i / count)
         layer = lathe([(rim * 0.86, 0), (rim, step * 0.3), (rim, step * 0.7), (rim * 0.86, step)], rounding=0.008)
-        pieces.append(Piece(layer.at(z=0.012 + step * i), "wood", BRIGHT[(start + i) % 5], 1.0))
+        pieces.append(Piece(layer.at(z=0.0115 + (step - 0.0005) * i), "wood", BRIGHT[(start + i) % 5], 1.0))
     knob = lathe([(0.008, 0), (0.013, 0.009), (0.013, 0.016), (0.006, 0.026)], rounding=0.012)
-    pieces.append(Piece(knob.at(z=0.012 + step * count), "wood", "pine"))
+    pieces.append(Piece(knob.at(z=0.0105 + (step - 0.0005) * count), "wood", "pine"))
     return Design(tuple(pieces), TURNED)
 
 
