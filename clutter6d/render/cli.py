@@ -1,6 +1,6 @@
 """The commands ``clutter6d render`` and ``clutter6d view``."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -108,14 +108,21 @@ def _draw_episodes(path: Path, scenes: Path | None, limit: int, task: _Task) -> 
     for motion in track(motions, description="drawing episodes", console=task.console, transient=True, total=None):
         scene, row = motion.scene, motion.row
         model = picture_model(scene, scene_set.assets_of(scene), row.pair).model
-        frames = list(
-            render_rollout(model, motion.qpos, EPISODE_VIEW, width=task.width, height=task.height, backend=task.backend)
+        frames = render_rollout(
+            model, motion.qpos, EPISODE_VIEW, width=task.width, height=task.height, backend=task.backend
         )
-        write_video(frames, task.folder / f"{scene.scene_id}_pair{row.pair}_{row.outcome}.mp4", VIDEO_FPS)
-        shown[f"{scene.scene_id} pair {row.pair}: {row.outcome}"] = frames[-1]
+        label = f"{scene.scene_id} pair {row.pair}: {row.outcome}"
+        video = task.folder / f"{scene.scene_id}_pair{row.pair}_{row.outcome}.mp4"
+        write_video(_keep_last(frames, shown, label), video, VIDEO_FPS)
     if not shown:
         raise InvalidValueError(f"{path}: the evaluation has no episodes to draw")
     return shown
+
+
+def _keep_last(frames: Iterator[Image], shown: dict[str, Image], label: str) -> Iterator[Image]:
+    for frame in frames:
+        shown[label] = frame
+        yield frame
 
 
 def find_scenes(path: Path) -> tuple[SceneSet, Sequence[Scene]]:
