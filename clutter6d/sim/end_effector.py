@@ -71,7 +71,7 @@ class UprightCapsule:
         return (local**2).sum(axis=-1) < (self.radius_m - 1e-9) ** 2
 
 
-HAND_BOX = Box(centre_m=(0.0, 0.0, 0.020), half_m=(0.0316, 0.1023, 0.0459))
+HAND_BOX = Box(centre_m=(0.0, 0.0, 0.033), half_m=(0.0316, 0.1023, 0.0330))
 
 _FINGER_RADIUS_M, _FINGER_BOTTOM_M = 0.0095, 0.055
 
