@@ -174,8 +174,10 @@ def test_end_effector_points_lie_on_the_outer_surface():
     points = end_effector_points().astype(np.float64)
     assert points.shape == (256, 3)
     shapes = (HAND_BOX, *FINGERS)
-    assert np.any([shape.contains(points * (1 - 1e-5)) for shape in shapes], axis=0).all(), "shrunk, all are inside"
-    assert not np.any([shape.contains(points * (1 + 1e-5)) for shape in shapes], axis=0).any(), "grown, none is"
+    middle = np.array(HAND_BOX.centre_m)
+    shrunk, grown = (middle + (points - middle) * factor for factor in (1 - 1e-5, 1 + 1e-5))
+    assert np.any([shape.contains(shrunk) for shape in shapes], axis=0).all()
+    assert not np.any([shape.contains(grown) for shape in shapes], axis=0).any()
     assert len(np.unique(points, axis=0)) == 256
     fingers = (points[:, 2] > 0.067).mean()
     assert 0.03 < fingers < 0.15
