@@ -21,6 +21,7 @@ TEST_WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest -q
 CLUTTER6D := $(BIN)/clutter6d
 DEMO ?= demo
+WORKERS ?= $(shell getconf _NPROCESSORS_ONLN)
 export PYTHON
 
 .PHONY: help demo test test-slow test-real check docs bench format clean
@@ -30,9 +31,9 @@ help:
 
 demo: $(VENV)/.installed-core
 	@echo "make: 1/5 processing objects of the built-in procedural source"
-	@$(CLUTTER6D) assets process --source procedural --limit 48 --library $(DEMO)/library
+	@$(CLUTTER6D) assets process procedural --limit 48 --workers $(WORKERS) --out $(DEMO)/library
 	@echo "make: 2/5 generating certified scenes of the moderate track"
-	@$(CLUTTER6D) generate --track moderate --scenes 4 --seed 0 --library $(DEMO)/library --out $(DEMO)/scenes
+	@$(CLUTTER6D) generate --track moderate --scenes 4 --seed 0 --workers $(WORKERS) --library $(DEMO)/library --out $(DEMO)/scenes
 	@echo "make: 3/5 evaluating the planner on them"
 	@$(CLUTTER6D) evaluate --policy planner --scenes $(DEMO)/scenes --pairs 1 --out $(DEMO)/evaluation
 	@echo "make: 4/5 replaying what was recorded"
@@ -67,7 +68,7 @@ docs: $(VENV)/.installed-docs
 
 bench: $(VENV)/.installed-core
 	@echo "make: measuring; leave the machine alone meanwhile"
-	@set -e; for script in benchmarks/bench_*.py; do echo "make: $$script"; $(BIN)/python $$script; done
+	@set -e; for script in benchmarks/*.py; do echo "make: $$script"; $(BIN)/python $$script; done
 
 clean:
 	@rm -rf $(VENV) demo site .pytest_cache .ruff_cache .hypothesis .import_linter_cache
