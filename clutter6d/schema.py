@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clutter6d.errors import InvalidFileError, MissingFileError, StorageError
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, StorageError
 
 MAX_JSON_BYTES = 64 << 20
 MAX_ARRAYS_BYTES = 256 << 20
@@ -77,6 +77,7 @@ def write_bytes(path: Path, content: bytes) -> None:
     """Replace a file atomically: after a crash it holds the old content or the new, never a part.
 
     Raises:
+        InvalidValueError: A file stands where a folder should be, or a folder where the file should.
         StorageError: The disk is full, or the folder cannot be written.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
@@ -87,6 +88,12 @@ def write_bytes(path: Path, content: bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
+    except (FileExistsError, NotADirectoryError, IsADirectoryError):
+        in_the_way = path if path.is_dir() else next(parent for parent in path.parents if parent.exists())
+        kind = "folder" if in_the_way.is_dir() else "file"
+        raise InvalidValueError(
+            f"cannot write {path}: the {kind} {in_the_way} is in the way; choose another place"
+        ) from None
     except OSError as error:
         raise StorageError(f"cannot write {path}: {error.strerror}; nothing earlier was changed") from None
     finally:

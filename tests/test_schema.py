@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clutter6d import schema
-from clutter6d.errors import InvalidFileError, MissingFileError, StorageError
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, StorageError
 from clutter6d.schema import (
     ArraySpec,
     FileModel,
@@ -121,8 +121,10 @@ def test_a_full_disk_is_one_line_and_leaves_the_earlier_file_whole(tmp_path: Pat
 
 def test_a_folder_where_a_file_stands_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("a file")
-    with pytest.raises(StorageError, match="cannot write"):
+    with pytest.raises(InvalidValueError, match="out is in the way"):
         write_bytes(tmp_path / "out" / "scene.json", b"{}")
+    with pytest.raises(InvalidValueError, match="the folder .* is in the way"):
+        write_bytes(tmp_path, b"{}")
 
 
 def test_missing_folders_are_made(tmp_path: Path) -> None:

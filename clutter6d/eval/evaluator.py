@@ -72,7 +72,8 @@ class Evaluation:
         config: What the user chooses.
 
     Raises:
-        InvalidValueError: The folder holds an evaluation with other settings, or something else.
+        InvalidValueError: The folder holds an evaluation with other settings, or something else; or no scene has so
+            many goal pairs.
         InvalidFileError: The folder's ``run.json`` is damaged.
         StorageError: It cannot be written.
     """
@@ -82,6 +83,7 @@ class Evaluation:
     ) -> None:
         self._scenes, self._policy, self._out = scenes, policy, out
         self._config = config or EvaluationConfig()
+        _check_pairs(scenes, self._config.pairs)
         self.keys = episode_keys(scenes, self._config.pairs)
         self.settings = make_settings(scenes, policy, self._config)
         _claim(out, self.settings)
@@ -165,6 +167,14 @@ def make_settings(scenes: EpisodeScenes, policy: Policy, config: EvaluationConfi
         engine=ENGINE,
         clutter6d=__version__,
     )
+
+
+def _check_pairs(scenes: EpisodeScenes, pairs: int | None) -> None:
+    most = max(len(scene.goal_pairs) for scene in scenes.scenes)
+    if pairs is not None and pairs > most:
+        raise InvalidValueError(
+            f"pairs is {pairs}, but no scene has more than {most}; choose at most {most}, or leave it out"
+        )
 
 
 def _claim(out: Path, settings: RunSettings) -> None:
