@@ -228,9 +228,13 @@ class SceneGenerator:
                 rules=self._config.rules,
                 config=self._config.placement,
                 count=self._config.pose_draws,
+                by_probability=is_goal,
                 rng=draft.rng,
             )
-            for relations in (relations_of(draft.graph, "target"), self._track.goal_relations)
+            for relations, is_goal in (
+                (relations_of(draft.graph, "target"), False),
+                (self._track.goal_relations, True),
+            )
         )
         wanted = missing + self._config.spare_pairs
         return initial, goal, pair_up(initial, goal, self._track.min_displacement_m, wanted)

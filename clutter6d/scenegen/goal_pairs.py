@@ -1,4 +1,10 @@
-"""Candidate tasks in a placed scene: initial and goal poses of the target that are free and far enough apart."""
+"""Candidate tasks in a placed scene: initial and goal poses of the target that are free and far enough apart.
+
+The paper draws both orientations at random from the stable ones and does not say with which weights. Here, initial
+orientations are drawn evenly, so that bottles stand and books lean; goal orientations are drawn as often as a dropped
+object comes to rest in them, so that a goal is a pose that pushing and toppling lead to rather than one that only a
+balancing act reaches.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,6 +49,7 @@ def find_target_poses(
     rules: RelationRules,
     config: PlacementConfig,
     count: int,
+    by_probability: bool,
     rng: np.random.Generator,
 ) -> TargetPoses:
     """Poses of the target on the table, in its region, free of the obstacles and in the given relations to them.
@@ -56,9 +63,10 @@ def find_target_poses(
         rules: Thresholds of the relations.
         config: Margins.
         count: Poses drawn; fewer are free.
+        by_probability: Draw orientations as often as a dropped object rests in them, instead of evenly.
         rng: Source of every draw.
     """
-    options: Orientations = draw_orientations(asset, hull, count, rng)
+    options: Orientations = draw_orientations(asset, hull, count, rng, by_probability=by_probability)
     positions = draw_positions(track.target_region, count, rng)
     good = is_on_table(positions, options.supports, config.table_margin_m)
     good &= (separations_m(positions, options.supports, layout) >= track.min_gap_m).all(axis=1)

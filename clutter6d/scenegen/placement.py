@@ -68,10 +68,24 @@ class Orientations:
 
 
 def draw_orientations(
-    asset: Asset, hull: Float64[np.ndarray, "point 3"], count: int, rng: np.random.Generator
+    asset: Asset,
+    hull: Float64[np.ndarray, "point 3"],
+    count: int,
+    rng: np.random.Generator,
+    *,
+    by_probability: bool = False,
 ) -> Orientations:
-    """Stable orientations drawn evenly, as the paper draws them, each with a free yaw."""
-    indices = rng.integers(len(asset.stable.quats_wxyz), size=count)
+    """Stable orientations, each with a free yaw.
+
+    Args:
+        asset: The object.
+        hull: Its hull points.
+        count: How many.
+        rng: Source of every draw.
+        by_probability: Draw an orientation as often as a dropped object comes to rest in it, instead of evenly.
+    """
+    weights = asset.stable.probabilities if by_probability else None
+    indices = rng.choice(len(asset.stable.quats_wxyz), size=count, p=weights)
     yaw = quat_from_yaw(rng.uniform(-np.pi, np.pi, size=count))
     quats = quat_multiply(yaw, asset.stable.quats_wxyz[indices])
     supports, spans = footprint_supports(hull, quats)
