@@ -41,7 +41,7 @@ SCENE_VIEW = Camera(look_at_m=(-0.14, 0.0, 0.16), distance_m=2.35, azimuth_deg=1
 TABLE_VIEW = Camera(look_at_m=(-0.08, 0.0, 0.04), distance_m=1.45, azimuth_deg=165.0, elevation_deg=-40.0)
 """The objects, from the side opposite the arm."""
 
-EPISODE_VIEW = Camera(look_at_m=(-0.12, 0.0, 0.13), distance_m=1.85, azimuth_deg=150.0, elevation_deg=-27.0)
+EPISODE_VIEW = Camera(look_at_m=(-0.12, 0.0, 0.20), distance_m=2.05, azimuth_deg=150.0, elevation_deg=-25.0)
 """Hand and objects, closer than the scene's view."""
 
 ROBOT_VIEW = Camera(look_at_m=(-0.35, 0.0, 0.38), distance_m=1.75, azimuth_deg=120.0, elevation_deg=-12.0)
