@@ -2,6 +2,7 @@
 
 import io
 import json
+import logging
 import re
 import struct
 import warnings
@@ -15,9 +16,12 @@ import trimesh
 from jaxtyping import Float, Int
 
 from clutter6d.assets.asset import Mesh, VisualMesh
+from clutter6d.assets.collada import count_collada_vertices
 from clutter6d.assets.mesh_colour import face_colours, quantise_colours
 from clutter6d.assets.sources.base import RawShape
 from clutter6d.errors import MeshRejectedError, MissingFileError
+
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # what it finds in bad files stays off the terminal
 
 MESH_SUFFIXES = (".obj", ".glb", ".gltf", ".stl", ".ply", ".dae")
 UpAxis = Literal["y", "z"]
@@ -49,7 +53,9 @@ class _Companions(trimesh.resolvers.Resolver):
     def get(self, name: str) -> bytes:
         name = _base_name(name)
         if name not in self._files and self._folder is not None:
-            path = next(other for other in self._folder.iterdir() if other.name.lower() == name and other.is_file())
+            path = next((file for file in self._folder.iterdir() if file.name.lower() == name and file.is_file()), None)
+            if path is None:
+                raise FileNotFoundError(f"'{name}' is not beside it")
             self._bytes_left -= path.stat().st_size
             if self._bytes_left < 0:
                 raise MeshRejectedError("too-large", "its materials and textures are larger than is read")
@@ -81,11 +87,14 @@ def read_mesh_file(path: Path, *, up: UpAxis | None = None, limits: MeshLimits |
     limits = limits or MeshLimits()
     if not path.is_file():
         raise MissingFileError("mesh file", path)
-    size = path.stat().st_size
-    if size > limits.max_bytes:
-        raise MeshRejectedError("too-large", f"{size:,} bytes; at most {limits.max_bytes:,} are read")
-    companions = _Companions({}, path.parent, limits)
-    return _read(path.read_bytes(), path.suffix[1:].lower(), companions, up, limits)
+    try:
+        size = path.stat().st_size
+        if size > limits.max_bytes:
+            raise MeshRejectedError("too-large", f"{size:,} bytes; at most {limits.max_bytes:,} are read")
+        content = path.read_bytes()
+    except OSError as error:
+        raise MeshRejectedError("unreadable", f"the file cannot be read: {error.strerror}") from None
+    return _read(content, path.suffix[1:].lower(), _Companions({}, path.parent, limits), up, limits)
 
 
 def read_mesh(
@@ -145,7 +154,7 @@ def _parse(
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=file_type, resolver=companions)
+            scene = trimesh.load_scene(io.BytesIO(content), file_type=file_type, resolver=companions, process=False)
             placed = [(scene.graph.get(node)) for node in scene.graph.nodes_geometry]
             meshes = [(scene.geometry[name], matrix) for matrix, name in placed if name is not None]
             meshes = [(mesh, matrix) for mesh, matrix in meshes if isinstance(mesh, trimesh.Trimesh)]
@@ -161,10 +170,9 @@ def _parse(
     starts = np.cumsum([0, *(len(block[0]) for block in blocks)])[:-1]
     vertices = np.concatenate([block[0] for block in blocks])
     faces = np.concatenate([block[1] + start for block, start in zip(blocks, starts, strict=True)])
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise MeshRejectedError("unreadable", "a face names a vertex that is not there")
-    if not np.isfinite(vertices[faces]).all():
-        raise MeshRejectedError("not-finite", "some vertices are NaN or infinite")
+    with np.errstate(over="ignore"):
+        if not np.isfinite(vertices[faces].astype(np.float32)).all():
+            raise MeshRejectedError("not-finite", "some vertices are NaN or infinite")
     return vertices, faces, np.concatenate([block[2] for block in blocks])
 
 
@@ -175,6 +183,8 @@ _DUPLICATION = {"stl": 6, "obj": 4, "glb": 1, "gltf": 1, "ply": 1, "dae": 4}
 def _block(mesh: trimesh.Trimesh, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     vertices = np.asarray(mesh.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     faces = np.asarray(mesh.faces, dtype=np.int64)
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise MeshRejectedError("unreadable", "a face names a vertex that is not there")
     return vertices, faces if np.linalg.det(matrix[:3, :3]) >= 0 else faces[:, ::-1], face_colours(mesh)
 
 
@@ -197,7 +207,7 @@ def _declared_vertices(content: bytes, file_type: str) -> int:
         return declared // 2
     if file_type in ("glb", "gltf"):
         return _gltf_vertices(content, file_type)
-    return 0
+    return count_collada_vertices(content) if file_type == "dae" else 0
 
 
 def _gltf_vertices(content: bytes, file_type: str) -> int:

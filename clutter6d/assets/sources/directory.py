@@ -11,7 +11,7 @@ from clutter6d.assets.asset import Licence, Mesh, VisualMesh
 from clutter6d.assets.mesh_io import MESH_SUFFIXES, MeshLimits, UpAxis, read_mesh_file
 from clutter6d.assets.slug import slugify
 from clutter6d.assets.sources.base import AttributeHints, RawShape, SourceObject
-from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
+from clutter6d.errors import InvalidValueError, MissingFileError, UnknownNameError
 
 Unit = Literal["m", "cm", "mm", "auto"]
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "auto": 1.0}
@@ -67,8 +67,7 @@ class DirectorySource:
     def fingerprint(self, item: SourceObject) -> str:
         """Hash of the file, of the material file of the same name, and of this source's options.
 
-        Raises:
-            InvalidFileError: The file cannot be read.
+        A file that cannot be read has a fingerprint too; it is rejected when it is loaded.
         """
         path = self._files[item.key]
         options = (self._unit, self._up, self._licence, self._author, self._limits)
@@ -81,7 +80,7 @@ class DirectorySource:
             else:
                 digest.update(str(path.stat().st_size).encode())
         except OSError as error:
-            raise InvalidFileError(path, f"cannot be read: {error.strerror}") from None
+            digest.update(f"cannot be read: {error.strerror}".encode())
         return digest.hexdigest()
 
     def load(self, item: SourceObject) -> RawShape:
