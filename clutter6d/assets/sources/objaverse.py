@@ -17,8 +17,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from clutter6d.assets.asset import Licence
 from clutter6d.assets.mesh_io import MeshLimits, read_mesh_file
+from clutter6d.assets.slug import slugify
 from clutter6d.assets.sources.base import AttributeHints, RawShape, SourceObject
-from clutter6d.assets.sources.furniture_catalogue import slugify
 from clutter6d.errors import (
     InvalidValueError,
     MeshRejectedError,

@@ -91,6 +91,14 @@ def test_parts_fill_what_is_seen(family: str):
 
 
 @pytest.mark.parametrize("family", FAMILY_NAMES)
+def test_the_visible_surface_alone_encloses_the_volume(family: str):
+    shape = shape_of(family, 1)
+    corners = np.concatenate([item.mesh.vertices[item.mesh.faces] for item in shape.visual]).astype(float)
+    enclosed = np.linalg.det(corners).sum() / 6
+    assert enclosed == pytest.approx(shape.volume_m3, rel=1e-3)
+
+
+@pytest.mark.parametrize("family", FAMILY_NAMES)
 def test_sizes_are_of_the_size_class(family: str):
     for index in range(4):
         shape_m = FAMILIES[family].design(0, index).longest_m

@@ -10,8 +10,8 @@ from jaxtyping import Float64
 from clutter6d.assets.asset import Mesh, VisualMesh
 from clutter6d.assets.sources.base import RawShape
 from clutter6d.assets.sources.procedural.outline import Number
-from clutter6d.assets.sources.procedural.palette import material, rgba
-from clutter6d.assets.sources.procedural.solid import Shell, Solid, hull_mesh, on_grid, union_volume_m3
+from clutter6d.assets.sources.procedural.palette import Rgba, material, rgba
+from clutter6d.assets.sources.procedural.solid import Shell, Solid, hull_mesh, on_grid, outer_surface
 from clutter6d.assets.sources.procedural.symmetry import ASYMMETRIC, Symmetry
 
 T = TypeVar("T")
@@ -116,11 +116,11 @@ class Design:
     def shape(self) -> RawShape:
         """The finished shape."""
         balance = self.balance()
-        shells = [shell for piece in self.pieces for shell in piece.solid.shells]
+        volume_m3, visual = self._visual()
         return RawShape(
-            visual=tuple(self._visual()),
+            visual=visual,
             parts=tuple(hull_mesh(part) for piece in self.pieces for part in piece.solid.parts),
-            volume_m3=round(union_volume_m3(shells), 12),
+            volume_m3=round(volume_m3, 12),
             centre_of_mass_m=balance.centre_m,
             inertia_per_kg=balance.inertia_per_kg,
             symmetry=self.symmetry.group(),
@@ -129,11 +129,16 @@ class Design:
     def _mapped(self, change: Callable[[Solid], Solid]) -> "Design":
         return replace(self, pieces=tuple(replace(piece, solid=change(piece.solid)) for piece in self.pieces))
 
-    def _visual(self) -> list[VisualMesh]:
-        by_colour: dict[tuple[float, float, float, float], list[Shell]] = {}
-        for piece in self.pieces:
-            by_colour.setdefault(rgba(piece.colour, piece.alpha), []).extend(piece.solid.shells)
-        return [VisualMesh(mesh=_joined(shells), rgba=colour) for colour, shells in by_colour.items()]
+    def _visual(self) -> tuple[float, tuple[VisualMesh, ...]]:
+        """Volume, and what can be seen from outside, by colour."""
+        coloured = [(rgba(piece.colour, piece.alpha), shell) for piece in self.pieces for shell in piece.solid.shells]
+        volume_m3, visible = outer_surface([shell for _, shell in coloured])
+        by_colour: dict[Rgba, list[Shell]] = {}
+        for (colour, _), shell in zip(coloured, visible, strict=True):
+            if len(shell.faces):
+                by_colour.setdefault(colour, []).append(shell)
+        visual = [VisualMesh(mesh=_joined(shells), rgba=colour) for colour, shells in by_colour.items()]
+        return volume_m3, tuple(visual)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

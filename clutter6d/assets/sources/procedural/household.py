@@ -217,7 +217,7 @@ def paper_roll(draw: Draw) -> Design:
     body = ring(radius, 0.021, height, sectors=8)
     core = ring(0.0212, 0.019, height, sectors=8)
     pieces = (
-        Piece(body, "paper", draw.one("white", "white", "cream", "sky"), 0.2),
+        Piece(body, "paper", draw.one("white", "white", "cream", "sky"), 0.09),
         Piece(core.seen_only(), "cardboard", "kraft", 0.6),
     )
     return Design(pieces, SPOOL)

@@ -21,7 +21,7 @@ GRID_DIGITS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shell:
-    """One closed surface, its triangles counter-clockwise from outside."""
+    """A surface, its triangles counter-clockwise from outside."""
 
     vertices: Points
     faces: Int32[np.ndarray, "face 3"]
@@ -124,10 +124,32 @@ def hull_mesh(points: Points) -> Mesh:
     )
 
 
-def union_volume_m3(shells: Sequence[Shell]) -> float:
-    """Volume enclosed by any of the shells."""
+def outer_surface(shells: Sequence[Shell]) -> tuple[float, list[Shell]]:
+    """What is left of each shell when all that lies inside another is cut away.
+
+    Returns:
+        The volume that all shells enclose together [m^3], and the visible part of each shell, in order; where shells
+        meet, their vertices coincide and are not shared, so that a renderer keeps the edge.
+    """
     bodies = [
-        manifold3d.Manifold(manifold3d.Mesh64(on_grid(shell.vertices), shell.faces.astype(np.uint64)))
+        manifold3d.Manifold(manifold3d.Mesh64(on_grid(shell.vertices), shell.faces.astype(np.uint64))).as_original()
         for shell in shells
     ]
-    return float(manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add).volume())
+    union = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)
+    mesh = union.to_mesh64()
+    vertices, faces = on_grid(mesh.vert_properties[:, :3]), np.asarray(mesh.tri_verts).astype(np.int32)
+    starts = np.asarray(mesh.run_index).astype(int) // 3
+    found: dict[int, list[np.ndarray]] = {}
+    for run, origin in enumerate(mesh.run_original_id):
+        found.setdefault(int(origin), []).append(faces[starts[run] : starts[run + 1]])
+    none = np.zeros((0, 3), dtype=np.int32)
+    visible = [_compact(vertices, np.concatenate([none, *found.get(body.original_id(), [])])) for body in bodies]
+    return float(union.volume()), visible
+
+
+def _compact(vertices: Points, faces: Int32[np.ndarray, "_face 3"]) -> Shell:
+    """The faces that have an area on the grid, over the vertices they use."""
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    faces = faces[np.abs(np.cross(b - a, c - a)).max(axis=1, initial=0.0) > 0]
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return Shell(vertices[used], renumbered.reshape(-1, 3).astype(np.int32))

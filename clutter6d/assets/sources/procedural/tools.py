@@ -232,5 +232,4 @@ def socket(draw: Draw) -> Design:
         floor=length * 0.3,
         sectors=8,
     )
-    collar = ring(radius * 1.02, radius * 0.7, 0.006).at(z=length - 0.0062)
-    return Design((Piece(body + collar.seen_only(), "steel", draw.one("steel", "iron")),), TURNED)
+    return Design((Piece(body, "steel", draw.one("steel", "iron")),), TURNED)
