@@ -1,5 +1,8 @@
 import json
 import shutil
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pandas as pd
@@ -88,3 +91,27 @@ def test_a_missing_asset_is_named(folder, capsys):
     error = capsys.readouterr().err
     assert code == 2
     assert error.count("\n") == 1
+
+
+def count_episodes(out: Path) -> int:
+    return len(list(out.glob("journal/*@*.json")))
+
+
+def test_an_evaluation_that_is_killed_outright_loses_no_finished_episode(tmp_path):
+    write_box_scene_set(tmp_path / "scenes", 4)
+    out = tmp_path / "out"
+    arguments = ["evaluate", "--policy", "random", "--scenes", str(tmp_path / "scenes"), "--out", str(out)]
+    arguments += ["--num-envs", "1", "--threads", "1", "--max-steps", "40"]
+    command = [sys.executable, "-c", "from clutter6d.cli import main; main()", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        deadline = time.monotonic() + 60
+        while count_episodes(out) < 2 and time.monotonic() < deadline:
+            time.sleep(0.005)
+        process.kill()
+    kept = count_episodes(out)
+    assert 2 <= kept < 8
+    times = {path: path.stat().st_mtime_ns for path in out.glob("journal/*@*.json")}
+    assert run(arguments) == 0
+    assert count_episodes(out) == 8
+    assert all(path.stat().st_mtime_ns == stamp for path, stamp in times.items())
+    assert run(["replay", str(out), "--threads", "1"]) == 0
