@@ -12,7 +12,8 @@ import numpy as np
 from clutter6d.assets.asset import Attributes, Provenance, VisualMesh
 from clutter6d.assets.sources.base import AttributeHints
 
-MASS_RANGE_KG = (0.01, 12.0)
+MASS_RANGE_KG = (0.01, 5.0)
+"""What an arm pushes without effort, and what a hand would still notice [kg]."""
 BULK_DENSITY_RANGE = (40.0, 3000.0)
 """Mass over the hull's volume [kg/m^3], from an empty carton to solid stone."""
 
@@ -45,7 +46,7 @@ _MATERIAL_WORDS = {
     "ceramic": "mug cup plate bowl teapot vase pottery jar creamer ashtray sink lavatory toilet bidet saucer ceramic",
     "glass": "glass bottle flacon wine beer cocktail mirror lens aquarium glasses",
     "metal": (
-        "scissors knife fork spoon drill hammer screwdriver pliers wrench grinder pan kettle faucet key keys ring lock "
+        "scissors knife fork spoon hammer screwdriver pliers wrench pan kettle faucet key keys ring lock "
         "safe can tin shovel tool tape-measure locker radiator rack metal steel cutlery oven stove stapler tool saw"
     ),
     "wood": (
@@ -67,7 +68,8 @@ _MATERIAL_WORDS = {
 _HOLLOW_WORDS = (
     "box cabinet oven stove microwave fryer printer laptop tv speaker amplifier stereo toaster radio camera projector "
     "phone computer ibook imac player playstation monitor lamp lantern light case briefcase helmet machine maker "
-    "brewer mixer blender fan heater boiler safe locker bin dustbin crate drawer basketball ball soccer bag backpack "
+    "brewer mixer blender drill grinder squeezer shaver razor iron fan heater "
+    "boiler safe locker bin dustbin crate drawer basketball ball soccer bag backpack "
     "handbag gift hood cooker cooktop induction base station detector socket plug switch bottle jar flacon shoe shoes "
     "sneakers bootie boot mocassin slippers train car biplane toy tricycle recycling bread-box cardboard dvd hifi mp3"
 ).split()
@@ -102,9 +104,7 @@ def derive_attributes(
     """
     words = _words(hints.category or name)
     category = hints.category or "-".join(words) or "object"
-    material = hints.material or next(
-        (_MATERIAL_OF[word] for word in reversed(words) if word in _MATERIAL_OF), "plastic"
-    )
+    material = hints.material or material_of(words)
     known = MATERIALS.get(material, MATERIALS["plastic"])
     mass = hints.mass_kg or plausible_mass_kg(words, known, volume_m3, hull_volume_m3)
     return Attributes(
@@ -118,6 +118,13 @@ def derive_attributes(
         mass_from=_origin(hints.mass_kg),
         friction_from=_origin(hints.friction),
     ), mass
+
+
+def material_of(words: Sequence[str]) -> str:
+    """The material that a name states, else that of the thing it names, the last word first; else plastic."""
+    stated = [word for word in words if word in MATERIALS]
+    named = [_MATERIAL_OF[word] for word in reversed(words) if word in _MATERIAL_OF]
+    return (stated + named + ["plastic"])[0]
 
 
 def plausible_mass_kg(words: Sequence[str], material: Material, volume_m3: float, hull_volume_m3: float) -> float:

@@ -146,7 +146,7 @@ def _search(solid: manifold3d.Manifold, search: str, settings: DecompositionSett
 
 def _merged(
     hulls: Sequence[manifold3d.Manifold], solid: manifold3d.Manifold, settings: DecompositionSettings
-) -> list[Float[np.ndarray, "vertex 3"]]:
+) -> list[Float[np.ndarray, "_ 3"]]:
     added = settings.merge_volume * solid.hull().volume()
     return [part_vertices(hull) for hull in merge_hulls(hulls, max_parts=settings.max_parts, added_volume=added)]
 
@@ -186,7 +186,7 @@ def _merge_cost(first: manifold3d.Manifold, second: manifold3d.Manifold) -> floa
 
 def measure_parts(
     solid: manifold3d.Manifold,
-    parts: Sequence[Float[np.ndarray, "vertex 3"]],
+    parts: Sequence[Float[np.ndarray, "_ 3"]],
     settings: DecompositionSettings,
     fallbacks: tuple[str, ...],
 ) -> Decomposition:
@@ -225,7 +225,7 @@ def _directed_distance(source: manifold3d.Manifold, target: manifold3d.Manifold,
     vertices, faces = manifold_arrays(beyond)
     drawn, _ = sample_surface(vertices, faces, points, generator(0, "hausdorff"))
     _, distance = SurfaceDistance(*manifold_arrays(target), samples=10_000).closest(
-        np.concatenate([drawn, vertices]), neighbours=3
+        np.concatenate([drawn, vertices]), neighbours=8
     )
     return float(distance.max())
 

@@ -30,6 +30,8 @@ class SolidSettings:
         grid_cells: Grid cells along the longest side of a wrap.
         offset_cells: Distance of the first surface around the soup, in cells; gaps twice as wide are closed.
         sheet_thickness_m: Thickness of a plate made of an open sheet. Thinner ones tunnel in simulation.
+        closing_cells: The same, tried where the wrap is a thin shell: a bag with a slit, a doubled wall with a gap.
+        thin_shell: Share of its hull under which a wrap counts as a thin shell.
         max_components: A soup of more closed components than this is wrapped rather than united.
     """
 
@@ -37,6 +39,8 @@ class SolidSettings:
     grid_cells: int = 48
     offset_cells: float = 0.8
     sheet_thickness_m: float = 0.001
+    closing_cells: float = 2.5
+    thin_shell: float = 0.25
     max_components: int = 100
 
 
@@ -97,15 +101,27 @@ def close_solid(
     soup = trimesh.Trimesh(vertices, faces, process=False)
     soup.merge_vertices(digits_vertex=6)
     soup.update_faces(soup.nondegenerate_faces() & soup.unique_faces())
+    if not len(soup.faces) or soup.area <= 0:
+        raise MeshRejectedError("degenerate", "none of its triangles has an area")
     united = _unite_components(soup, settings.max_components)
     if united is not None:
         return ClosedSolid(manifold=simplify_solid(united, settings.faces), was_watertight=True, fallbacks=())
-    wrapped = _wrap(np.asarray(soup.vertices), np.asarray(soup.faces), settings)
+    return _wrapped(np.asarray(soup.vertices), np.asarray(soup.faces), settings)
+
+
+def _wrapped(
+    vertices: Float[np.ndarray, "vertex 3"], faces: Int[np.ndarray, "face 3"], settings: SolidSettings
+) -> ClosedSolid:
+    """The wrap; or, where it is a thin shell, a wrap over wider gaps if that encloses far more."""
+    wrapped = _wrap(vertices, faces, settings, settings.offset_cells)
     if wrapped is None:
         raise MeshRejectedError("no-solid", "no closed solid of positive volume could be made of its triangles")
-    return ClosedSolid(
-        manifold=simplify_solid(wrapped, settings.faces), was_watertight=False, fallbacks=("solid:wrapped",)
-    )
+    fallbacks = ("solid:wrapped",)
+    if wrapped.volume() < settings.thin_shell * wrapped.hull().volume():
+        closed = _wrap(vertices, faces, settings, settings.closing_cells)
+        if closed is not None and closed.volume() > 2.5 * wrapped.volume():
+            wrapped, fallbacks = closed, ("solid:wrapped", "solid:gaps-closed")
+    return ClosedSolid(manifold=simplify_solid(wrapped, settings.faces), was_watertight=False, fallbacks=fallbacks)
 
 
 def _unite_components(soup: trimesh.Trimesh, max_components: int) -> manifold3d.Manifold | None:
@@ -127,13 +143,18 @@ def _unite_components(soup: trimesh.Trimesh, max_components: int) -> manifold3d.
 
 
 def _wrap(
-    vertices: Float[np.ndarray, "vertex 3"], faces: Int[np.ndarray, "face 3"], settings: SolidSettings
+    vertices: Float[np.ndarray, "vertex 3"],
+    faces: Int[np.ndarray, "face 3"],
+    settings: SolidSettings,
+    offset_cells: float,
 ) -> manifold3d.Manifold | None:
+    """A closed surface around the soup, shrunk back onto it; ``None`` if it encloses nothing."""
     low, high = vertices[faces].min(axis=(0, 1)), vertices[faces].max(axis=(0, 1))
     cell = float((high - low).max()) / settings.grid_cells
-    origin = low - 3 * cell
-    shape = np.ceil((high - low) / cell).astype(int) + 7
-    field = _offset_field(vertices, faces, origin, cell, shape, settings.offset_cells)
+    margin = int(np.ceil(offset_cells)) + 2
+    origin = low - margin * cell
+    shape = np.ceil((high - low) / cell).astype(int) + 2 * margin + 1
+    field = _offset_field(vertices, faces, origin, cell, shape, offset_cells)
     nodes, triangles = march_tetrahedra(field)
     if not len(triangles):
         return None
@@ -159,8 +180,10 @@ def _offset_field(
     points = (np.concatenate([points, vertices[np.unique(faces)]]) - origin) / cell
     near = np.zeros(shape, dtype=bool)
     near[tuple(np.round(points).astype(int).T)] = True
-    near = ndimage.binary_dilation(near, ndimage.generate_binary_structure(3, 3), iterations=2)
-    distance = np.full(shape, 4.0)
+    near = ndimage.binary_dilation(
+        near, ndimage.generate_binary_structure(3, 3), iterations=int(np.ceil(offset_cells)) + 1
+    )
+    distance = np.full(shape, offset_cells + 3.0)
     distance[near] = cKDTree(points).query(np.argwhere(near), k=1)[0]
     field = distance - offset_cells
     return np.where(_is_outside(field > 0) | (field <= 0), field, -offset_cells)
