@@ -46,8 +46,8 @@ def process(
     chosen = _find_source(source, limit, max_size_cm, max_vertices, {k: v for k, v in given.items() if v is not None})
     decomposition = DecompositionSettings(max_parts=max_parts, max_part_vertices=max_part_vertices)
     settings = ProcessingSettings(decomposition=decomposition)
-    library = AssetLibrary.create(out, settings_as_stored(settings))
     items = chosen.objects()[:limit]
+    library = AssetLibrary.create(out, settings_as_stored(settings))
     run_settings = RunSettings(workers=workers, seconds=seconds, memory_bytes=int(memory_gb * 2**30))
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     records = []

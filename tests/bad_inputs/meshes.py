@@ -3,7 +3,6 @@
 import base64
 import gzip
 import io
-import json
 import struct
 import zipfile
 import zlib
@@ -124,7 +123,7 @@ def huge_and_hollow(path: Path) -> None:
 SQUARE = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]])
 UNREADABLE, EMPTY, NOT_FINITE = ("unreadable",), ("empty",), ("not-finite",)
 NOTHING = ("empty", "unreadable")
-FLAT = (ACCEPTED, "empty", "no-volume", "too-thin")
+FLAT = (ACCEPTED, "degenerate", "no-volume")
 
 BROKEN_MESHES = (
     BrokenMesh(name="no-bytes", suffix=".obj", content=b"", reasons=EMPTY),
@@ -150,9 +149,7 @@ BROKEN_MESHES = (
     BrokenMesh(name="nan-vertex-ply", suffix=".ply", content=ply(moved(2, np.nan)), reasons=NOT_FINITE),
     BrokenMesh(name="nan-vertex-glb", suffix=".glb", content=glb(*gltf_parts(moved(3, np.nan))), reasons=NOT_FINITE),
     BrokenMesh(name="nan-vertex-dae", suffix=".dae", content=dae(moved(4, np.nan)), reasons=NOT_FINITE),
-    BrokenMesh(
-        name="enormous-vertex", suffix=".obj", content=obj(moved(0, 1e300)), reasons=NOT_FINITE
-    ),
+    BrokenMesh(name="enormous-vertex", suffix=".obj", content=obj(moved(0, 1e300)), reasons=NOT_FINITE),
     BrokenMesh(name="index-out-of-range", suffix=".obj", content=obj(faces=with_face(0, 1, 99)), reasons=UNREADABLE),
     BrokenMesh(
         name="index-out-of-range-ply", suffix=".ply", content=ply(faces=with_face(0, 1, 99)), reasons=UNREADABLE
@@ -167,12 +164,12 @@ BROKEN_MESHES = (
     BrokenMesh(name="no-faces", suffix=".obj", content=obj(faces=FACES[:0]), reasons=NOTHING),
     BrokenMesh(name="no-faces-ply", suffix=".ply", content=ply(faces=FACES[:0]), reasons=NOTHING),
     BrokenMesh(name="no-triangles-stl", suffix=".stl", content=stl(faces=FACES[:0]), reasons=NOTHING),
-    BrokenMesh(name="all-in-one-point", suffix=".obj", content=obj(np.zeros((8, 3))), reasons=("empty", "no-volume")),
+    BrokenMesh(name="all-in-one-point", suffix=".obj", content=obj(np.zeros((8, 3))), reasons=("degenerate",)),
     BrokenMesh(
         name="all-on-one-line",
         suffix=".obj",
         content=obj(CORNERS * [1, 0, 0]),
-        reasons=("empty", "no-volume"),
+        reasons=("degenerate",),
     ),
     BrokenMesh(name="one-triangle", suffix=".obj", content=obj(SQUARE[:3], np.array([[0, 1, 2]])), reasons=FLAT),
     BrokenMesh(
@@ -184,7 +181,7 @@ BROKEN_MESHES = (
     BrokenMesh(name="inside-out", suffix=".stl", content=stl(faces=FACES[:, ::-1]), reasons=(ACCEPTED,)),
     BrokenMesh(name="a-side-missing", suffix=".ply", content=ply(faces=FACES[2:]), reasons=(ACCEPTED,)),
     BrokenMesh(
-        name="thousands-of-pieces", suffix=".ply", content=loose_tetrahedra(2500), reasons=(ACCEPTED, "no-volume")
+        name="thousands-of-pieces", suffix=".ply", content=loose_tetrahedra(2000), reasons=(ACCEPTED, "no-volume")
     ),
     BrokenMesh(
         name="vertex-bomb", suffix=".obj", content=b"v 0 0 0\n" * 400_000 + b"f 1 2 3\n", reasons=("too-many-vertices",)
@@ -261,6 +258,7 @@ BROKEN_MESHES = (
     BrokenMesh(name="gltf-path-to-etc-passwd", suffix=".gltf", content=gltf("../../../etc/passwd"), reasons=UNREADABLE),
     BrokenMesh(name="gltf-file-uri", suffix=".gltf", content=gltf("file:///etc/passwd"), reasons=UNREADABLE),
     BrokenMesh(name="gltf-web-address", suffix=".gltf", content=gltf("http://192.0.2.1/mesh.bin"), reasons=UNREADABLE),
+    BrokenMesh(name="gltf-name-that-is-markup", suffix=".gltf", content=gltf("[/red].bin"), reasons=UNREADABLE),
     BrokenMesh(
         name="gltf-data-that-is-no-base64",
         suffix=".gltf",
@@ -271,7 +269,7 @@ BROKEN_MESHES = (
         name="gltf-data-bomb",
         suffix=".gltf",
         content=gltf("data:application/gzip;base64," + base64.b64encode(gzip.compress(bytes(64 << 20))).decode()),
-        reasons=UNREADABLE,
+        reasons=("degenerate",),
     ),
     BrokenMesh(name="gltf-too-large", suffix=".gltf", content=gltf("data:," + "A" * 6_000_000), reasons=("too-large",)),
     BrokenMesh(name="dae-entity-bomb", suffix=".dae", content=entity_bomb(), reasons=UNREADABLE),
@@ -281,7 +279,7 @@ BROKEN_MESHES = (
         content=dae(prologue='<!DOCTYPE C [<!ENTITY secret SYSTEM "secret.txt">]>', title="&secret;"),
         reasons=(ACCEPTED, *UNREADABLE),
     ),
-    BrokenMesh(name="dae-node-bomb", suffix=".dae", content=node_bomb(), reasons=("too-many-vertices", "timed-out", "out-of-memory")),
+    BrokenMesh(name="dae-node-bomb", suffix=".dae", content=node_bomb(), reasons=("too-many-vertices",)),
     BrokenMesh(
         name="dae-nested-too-deeply",
         suffix=".dae",
@@ -319,9 +317,3 @@ SKIPPED: dict[str, Callable[[Path], object]] = {
 """What lies in the folder too and is no mesh file."""
 
 GOOD_MESHES = {"good-a.obj": obj(), "good-b.glb": glb(), "good-c.dae": dae()}
-
-
-def json_with_nan() -> bytes:
-    tree, _ = gltf_parts()
-    tree["nodes"][0]["translation"] = [float("nan"), 0, 0]
-    return glb(text=json.dumps(tree).encode())

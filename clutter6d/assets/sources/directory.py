@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from clutter6d.assets.asset import Licence, Mesh, VisualMesh
 from clutter6d.assets.mesh_io import MESH_SUFFIXES, MeshLimits, UpAxis, read_mesh_file
@@ -31,7 +31,7 @@ class DirectorySource:
     Raises:
         MissingFileError: The folder does not exist.
         InvalidValueError: It holds no mesh file.
-        UnknownNameError: The unit is none of ``m``, ``cm``, ``mm``, ``auto``.
+        UnknownNameError: The unit is none of ``m``, ``cm``, ``mm``, ``auto``, or the axis neither ``y`` nor ``z``.
     """
 
     name = "directory"
@@ -40,20 +40,23 @@ class DirectorySource:
         self,
         path: Path,
         *,
-        unit: Unit = "auto",
-        up: UpAxis | None = None,
+        unit: str = "auto",
+        up: str | None = None,
         licence: str = "unstated",
         author: str = "unstated",
         limits: MeshLimits | None = None,
     ) -> None:
         if unit not in METRES_PER_UNIT:
             raise UnknownNameError("unit", unit, get_args(Unit))
+        if up is not None and up not in get_args(UpAxis):
+            raise UnknownNameError("vertical axis", up, get_args(UpAxis))
         if not path.exists():
             raise MissingFileError("folder of meshes", path)
         self._root = path if path.is_dir() else path.parent
         self._single = None if path.is_dir() else path
-        self._unit: Unit = unit
-        self._up, self._limits = up, limits or MeshLimits()
+        self._unit = cast(Unit, unit)
+        self._up: UpAxis | None = cast(UpAxis | None, up)
+        self._limits = limits or MeshLimits()
         self._licence, self._author = licence, author
         if not self._files:
             raise InvalidValueError(f"{path} holds no mesh file ({', '.join(MESH_SUFFIXES)})")

@@ -5,9 +5,11 @@ of each catalogue; it travels with every object.
 """
 
 import hashlib
+import math
 import os
 import re
 import zipfile
+import zlib
 from collections import defaultdict
 from collections.abc import Sequence
 from functools import cached_property
@@ -28,6 +30,8 @@ _LISTING = "PluginFurnitureCatalog.properties"
 _MAX_LISTING_BYTES = 4 << 20
 _LOADER_VERSION = "1"
 _SPDX = {"CC0": "CC0-1.0", "CC-BY-3.0-USA": "CC-BY-3.0-US"}
+_ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError)
+"""What reading a damaged zip raises; the last two for unknown methods and for passwords."""
 _ENTRY = re.compile(r"^([A-Za-z]+)#(\d+)\s*=\s*(.*)$")
 
 
@@ -105,7 +109,7 @@ class FurnitureCatalogueSource:
         for catalogue in sorted(self._folder.glob("*.sh3f")):
             licence, holder = licences.get(catalogue.stem, ("unknown", ""))
             for entry in _read_entries(catalogue):
-                sides = tuple(float(entry[side]) / 100 for side in ("width", "depth", "height"))
+                sides = _sides_m(catalogue, entry)
                 if max(sides) > self._max_side_m:
                     continue
                 slug = slugify(entry["name"])
@@ -121,7 +125,7 @@ class FurnitureCatalogueSource:
                         url="https://www.sweethome3d.com/freeModels.jsp",
                     ),
                     hints=AttributeHints(category=slug),
-                    extents_m=(sides[0], sides[1], sides[2]),
+                    extents_m=sides,
                 )
                 result[item.key] = (item, catalogue, entry)
         return result
@@ -141,7 +145,7 @@ def _read_entries(catalogue: Path) -> list[dict[str, str]]:
             if archive.getinfo(_LISTING).file_size > _MAX_LISTING_BYTES:
                 raise InvalidFileError(catalogue, f"{_LISTING} is larger than {_MAX_LISTING_BYTES:,} bytes")
             text = archive.read(_LISTING).decode("latin-1")
-    except (zipfile.BadZipFile, KeyError, OSError) as error:
+    except (*_ZIP_ERRORS, KeyError) as error:
         raise InvalidFileError(catalogue, f"not a furniture catalogue ({error})") from None
     entries: dict[int, dict[str, str]] = defaultdict(dict)
     for line in text.splitlines():
@@ -150,6 +154,21 @@ def _read_entries(catalogue: Path) -> list[dict[str, str]]:
             entries[int(found[2])][found[1]] = _unescape(found[3].strip())
     needed = {"id", "name", "model", "width", "depth", "height"}
     return [entries[number] for number in sorted(entries) if needed <= entries[number].keys()]
+
+
+def _sides_m(catalogue: Path, entry: dict[str, str]) -> tuple[float, float, float]:
+    """Width, depth and height, which the catalogue gives in centimetres."""
+
+    def length_m(side: str) -> float:
+        try:
+            value = float(entry[side]) / 100
+        except ValueError:
+            value = math.nan
+        if not 0 < value < math.inf:
+            raise InvalidFileError(catalogue, f"{entry['id']}: {side} is '{entry[side]}', which is no length in cm")
+        return value
+
+    return (length_m("width"), length_m("depth"), length_m("height"))
 
 
 def _unescape(value: str) -> str:
