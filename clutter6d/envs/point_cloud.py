@@ -139,11 +139,33 @@ def object_features(
     rest, spin = _velocity_field(motion)
     _fill(out_object, world[:, 0], clouds.point_mass[:, :1], rest[:, 0, :, None], spin[:, 0, :, None])
     nearest = _nearest(world[:, 1:], world_points(clouds.target_centroid, motion[:, 0])[..., 0])
-    body, point = 1 + nearest // world.shape[-1], nearest % world.shape[-1]
-    slot = np.arange(len(world))[:, None]
-    chosen = np.stack([world[slot, body, axis, point] for axis in range(3)], axis=1)
-    chosen_rest, chosen_spin = np.moveaxis(rest[slot, body], 2, 1), np.moveaxis(spin[slot, body], 2, 1)
-    _fill(out_environment, chosen, clouds.point_mass[slot, body], chosen_rest, chosen_spin)
+    _fill(out_environment, *_gather(world, clouds.point_mass, rest, spin, nearest))
+
+
+def _gather(
+    world: Float32[np.ndarray, "slot object 3 512"],
+    point_mass: Float32[np.ndarray, "slot object"],
+    rest: Float32[np.ndarray, "slot object 3"],
+    spin: Float32[np.ndarray, "slot object 3"],
+    chosen: Int[np.ndarray, "slot 512"],
+) -> tuple[
+    Float32[np.ndarray, "slot 3 512"],
+    Float32[np.ndarray, "slot 512"],
+    Float32[np.ndarray, "slot 3 512"],
+    Float32[np.ndarray, "slot 3 512"],
+]:
+    """Position, mass share, ``rest`` and ``spin`` of chosen obstacle points, by flat indices."""
+    slots, objects, _, points = world.shape
+    body = chosen // points + (1 + objects * np.arange(slots)[:, None])
+    axes = np.arange(3)[:, None]
+    first = 3 * points * body + chosen % points
+    of_body = 3 * body[:, None] + axes
+    return (
+        world.ravel().take(first[:, None] + points * axes),
+        point_mass.ravel().take(body),
+        rest.ravel().take(of_body),
+        spin.ravel().take(of_body),
+    )
 
 
 def _nearest(
