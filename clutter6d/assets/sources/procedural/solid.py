@@ -18,6 +18,9 @@ Points = Float64[np.ndarray, "_point 3"]
 GRID_DIGITS = 6
 """Vertices are rounded to 1e-6 m, so that the last bits of a machine's sines do not reach the asset."""
 
+SLIVER_M = 1e-5
+"""Where shells meet, details smaller than this are smoothed away: on the grid their triangles would have no area."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shell:
@@ -136,8 +139,9 @@ def outer_surface(shells: Sequence[Shell]) -> tuple[float, list[Shell]]:
         for shell in shells
     ]
     union = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)
-    mesh = union.to_mesh64()
-    vertices, faces = on_grid(mesh.vert_properties[:, :3]), np.asarray(mesh.tri_verts).astype(np.int32)
+    mesh = union.simplify(SLIVER_M).to_mesh64()
+    vertices, merged = np.unique(on_grid(mesh.vert_properties[:, :3]), axis=0, return_inverse=True)
+    faces = merged.reshape(-1).astype(np.int32)[np.asarray(mesh.tri_verts).astype(int)]
     starts = np.asarray(mesh.run_index).astype(int) // 3
     found: dict[int, list[np.ndarray]] = {}
     for run, origin in enumerate(mesh.run_original_id):
@@ -148,8 +152,7 @@ def outer_surface(shells: Sequence[Shell]) -> tuple[float, list[Shell]]:
 
 
 def _compact(vertices: Points, faces: Int32[np.ndarray, "_face 3"]) -> Shell:
-    """The faces that have an area on the grid, over the vertices they use."""
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    faces = faces[np.abs(np.cross(b - a, c - a)).max(axis=1, initial=0.0) > 0]
-    used, renumbered = np.unique(faces, return_inverse=True)
+    """The faces whose corners are apart on the grid, over the vertices they use."""
+    a, b, c = faces.T
+    used, renumbered = np.unique(faces[(a != b) & (b != c) & (c != a)], return_inverse=True)
     return Shell(vertices[used], renumbered.reshape(-1, 3).astype(np.int32))
