@@ -41,7 +41,12 @@ class PushConfig:
     Attributes:
         speed_m: Tip movement per control step while approaching; the action mapping allows the hand 0.05 m.
         push_speed_share: Range of the push's speed as a share of ``speed_m``.
-        intent_shares: Shares of pushes meant for translation only, rotation only, both.
+        upright_shares: Shares of pushes meant to move, to tip, to turn about the vertical, to do all at once, for an
+            object that rests on the right face.
+        tipping_shares: The same for one that does not.
+        axis_noise_rad: Standard deviation of the tipping axis' direction.
+        friction_cone_rad: Half-angle of the cone in which a finger's force counts when tipping; below the fingers'
+            friction cone (45 degrees), so that an end face can be dragged up.
         score_temperature: Softness of the choice of a contact; scores lie in [-1, 1].
         standoff_m: Range of the distance from which a contact is approached along its normal.
         hover_clearance_m: Height of the passage above the object's top.
@@ -53,12 +58,15 @@ class PushConfig:
 
     speed_m: float = 0.05
     push_speed_share: tuple[float, float] = (0.3, 1.0)
-    intent_shares: tuple[float, float, float] = (0.35, 0.25, 0.40)
+    upright_shares: tuple[float, float, float, float] = (0.35, 0.0, 0.25, 0.40)
+    tipping_shares: tuple[float, float, float, float] = (0.20, 0.50, 0.05, 0.25)
+    axis_noise_rad: float = 0.3
+    friction_cone_rad: float = 0.6
     score_temperature: float = 0.15
     standoff_m: tuple[float, float] = (0.02, 0.06)
     hover_clearance_m: float = 0.04
     min_tip_height_m: float = 0.012
-    max_push_m: float = 0.25
+    max_push_m: float = 0.40
     tilt_rad: float = 0.25
     direction_noise: float = 0.15
 
@@ -69,7 +77,7 @@ class PlannerConfig:
 
     Attributes:
         samples: Rollouts per round.
-        horizon_steps: Control steps of a rollout: 1.6 s, time to change sides and push.
+        horizon_steps: Control steps of a rollout: 2.4 s, time to rise, change sides, come down and push.
         commit_steps: Control steps kept of a round's best rollout.
         knots: Knots of the linear splines of noise over the horizon.
         push_share: Share of rollouts that follow a contact-aware push.
@@ -87,19 +95,19 @@ class PlannerConfig:
         push: How pushes are proposed.
     """
 
-    samples: int = 64
-    horizon_steps: int = 16
-    commit_steps: int = 4
-    knots: int = 5
-    push_share: float = 0.4
+    samples: int = 32
+    horizon_steps: int = 24
+    commit_steps: int = 6
+    knots: int = 6
+    push_share: float = 0.5
     noise_rad: float = 0.06
     noise_scales: tuple[float, ...] = (0.15, 0.4, 1.0, 2.0)
     fresh_share: float = 0.15
     rotation_weights_per_rad: tuple[float, ...] = (0.8, 1.6)
     attempts: int = 4
-    patience_steps: int = 50
+    patience_steps: int = 60
     improvement: float = 0.02
-    max_rounds: int = 160
+    max_rounds: int = 90
     follow_position_m: float = 0.005
     follow_angle_rad: float = 0.05
     cost: CostConfig = field(default_factory=CostConfig)

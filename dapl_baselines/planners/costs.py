@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from clutter6d.envs.termination import goal_errors
-from clutter6d.geometry import transform_points
+from clutter6d.geometry import quat_conjugate, quat_multiply, transform_points
 from dapl_baselines.planners.config import CostConfig
 
 
@@ -17,8 +17,23 @@ def goal_cost(
     """Price of the distance to the goal, zero within the dead bands of both errors."""
     errors = goal_errors(target_poses, np.broadcast_to(goal, target_poses.shape))
     position = np.maximum(errors.position_m - config.position_dead_band_m, 0.0)
-    rotation = np.maximum(errors.rotation_rad - config.rotation_dead_band_rad, 0.0)
+    rotation = np.maximum(rotation_cost_rad(target_poses[:, 3:], goal[3:]) - config.rotation_dead_band_rad, 0.0)
     return config.position_weight_per_m * position + rotation_weight_per_rad * rotation
+
+
+def rotation_cost_rad(
+    quats: Float64[np.ndarray, "sample 4"], goal_quat: Float64[np.ndarray, "4"]
+) -> Float64[np.ndarray, "sample"]:
+    """Tilt and turn about the vertical, ``hypot(tilt, turn cos^2(tilt / 2))`` [rad]; near the goal, the rotation error.
+
+    The turn fades as the tilt grows: while an object lies on a wrong face it is no use to turn it, and it must be free
+    to tip over whichever edge is at hand.
+    """
+    turn = quat_multiply(quats, quat_conjugate(goal_quat))
+    upright = np.hypot(turn[:, 0], turn[:, 3])
+    tilt = 2 * np.arctan2(np.hypot(turn[:, 1], turn[:, 2]), upright)
+    twist = 2 * np.arctan2(np.abs(turn[:, 3]), np.abs(turn[:, 0]))
+    return np.hypot(tilt, twist * upright**2)
 
 
 def reach_cost(

@@ -9,7 +9,7 @@ push becomes an ordinary plan that later rounds refine.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int
+from jaxtyping import Bool, Float64, Int
 
 from clutter6d.geometry import (
     quat_conjugate,
@@ -28,8 +28,8 @@ from dapl_baselines.planners.hand_servo import servo_residuals, tip_positions
 _RISE, _PASS, _DESCEND, _PUSH = range(4)
 _FINGERS_DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 _NEARBY_M, _ABOVE_M, _ARRIVED_M, _HEIGHT_SLACK_M = 0.05, 0.02, 0.018, 0.015
-_FAR_TURN_RAD = 1.0
-_ALIGNED_RAD = 0.12
+_FAR_TURN_RAD, _UPRIGHT_RAD, _ALIGNED_RAD, _OVERHEAD_RAD, _LOW_M = 1.0, 0.2, 0.06, 2.6, 0.01
+_MOVE, _TIP, _TURN, _ALL = range(4)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -105,9 +105,8 @@ def draw_pushes(
     """
     points = transform_points(target_pose, contacts.points)
     normals = rotate(target_pose[3:], contacts.normals)
-    wanted = _wanted_motion(points, target_pose, goal, count, config, rng)
-    scale = np.maximum(_length(wanted).max(axis=-1, keepdims=True), 1e-6)
-    score = -(normals * wanted).sum(axis=-1) / scale
+    wanted, is_tip = _wanted_motion(points, target_pose, goal, count, config, rng)
+    score = _contact_scores(wanted, normals, np.where(is_tip, config.friction_cone_rad, 0.0))
     score = np.where(points[:, 2] < config.min_tip_height_m, -9.0, score)
     chosen = (score / config.score_temperature + rng.gumbel(size=score.shape)).argmax(axis=-1)
     motion, normal = wanted[np.arange(count), chosen], normals[chosen]
@@ -131,6 +130,19 @@ def draw_pushes(
     )
 
 
+def _contact_scores(
+    wanted: Float64[np.ndarray, "push point 3"],
+    normals: Float64[np.ndarray, "point 3"],
+    cone_rad: Float64[np.ndarray, "push"],
+) -> Float64[np.ndarray, "push point"]:
+    """How much of a wanted motion a force within a cone about the inward normal can make, in [-1, 1]."""
+    speed = _length(wanted)
+    scale = np.maximum(speed.max(axis=-1, keepdims=True), 1e-6)
+    cosine = -(normals * wanted).sum(axis=-1) / np.maximum(speed, 1e-9)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0)) - cone_rad[:, None]
+    return speed / scale * np.cos(np.maximum(angle, 0.0))
+
+
 def _wanted_motion(
     points: Float64[np.ndarray, "point 3"],
     target_pose: Float64[np.ndarray, "7"],
@@ -138,28 +150,64 @@ def _wanted_motion(
     count: int,
     config: PushConfig,
     rng: np.random.Generator,
-) -> Float64[np.ndarray, "push point 3"]:
-    """Displacement that every surface point should make, for each push's own mix of translation and rotation."""
+) -> tuple[Float64[np.ndarray, "push point 3"], Bool[np.ndarray, "push"]]:
+    """Displacement that every surface point should make, for each push's own intent; and which pushes tip the object.
+
+    Tipping turns the object about the lowest edge ahead of it, turning about the vertical axis through its centre.
+    """
     translation = (goal[:3] - target_pose[:3]) * np.array([1.0, 1.0, 0.0])
-    turn = rotation_vector(target_pose[3:], goal[3:])
-    angle = float(np.sqrt((turn**2).sum()))
-    intent = rng.random(count)
-    only_move, only_turn, _ = config.intent_shares
-    moves = (intent < only_move) | (intent >= only_move + only_turn)
-    turns = intent >= only_move
-    if angle < _ALIGNED_RAD:
-        moves, turns = np.ones(count, dtype=bool), turns & (intent < only_move + only_turn)
-    turn = turn * min(1.0, _FAR_TURN_RAD / max(angle, 1e-6))
-    sweep = np.cross(turn, points - target_pose[:3])
-    return moves[:, None, None] * translation + turns[:, None, None] * sweep
+    tilt, twist = tilt_and_twist(target_pose[3:], goal[3:])
+    angle = float(np.sqrt((tilt**2).sum()))
+    shares = config.upright_shares if angle < _UPRIGHT_RAD else config.tipping_shares
+    intent = rng.choice(4, size=count, p=np.array(shares))
+    if angle < _UPRIGHT_RAD and abs(twist) < _ALIGNED_RAD:
+        intent = np.full(count, _MOVE)
+    moves, tips, turns = (((intent == kind) | (intent == _ALL))[:, None, None] for kind in (_MOVE, _TIP, _TURN))
+    tilts = _spread_tilts(tilt, count, config, rng) * min(1.0, _FAR_TURN_RAD / max(angle, 1e-6))
+    pivots = _pivots(points, tilts)
+    tipping = np.cross(tilts[:, None], points - pivots[:, None])
+    turning = np.clip(twist, -_FAR_TURN_RAD, _FAR_TURN_RAD) * np.cross([0.0, 0.0, 1.0], points - target_pose[:3])
+    return moves * translation + tips * tipping + turns * turning, intent == _TIP
 
 
-def rotation_vector(start: Float64[np.ndarray, "4"], goal: Float64[np.ndarray, "4"]) -> Float64[np.ndarray, "3"]:
-    """The world-frame rotation vector [rad] that turns ``start`` to ``goal`` the short way."""
+def _spread_tilts(
+    tilt: Float64[np.ndarray, "3"], count: int, config: PushConfig, rng: np.random.Generator
+) -> Float64[np.ndarray, "push 3"]:
+    """The tilt, its axis turned a little about the vertical; by any angle if the object stands on its head."""
+    angle = float(np.sqrt((tilt**2).sum()))
+    spread = (
+        np.pi * rng.uniform(-1, 1, count) if angle > _OVERHEAD_RAD else config.axis_noise_rad * rng.normal(size=count)
+    )
+    return rotate(quat_from_yaw(spread), tilt)
+
+
+def _pivots(
+    points: Float64[np.ndarray, "point 3"], tilts: Float64[np.ndarray, "push 3"]
+) -> Float64[np.ndarray, "push 3"]:
+    """Of the points near the table, the one furthest ahead in the direction in which each tilt carries the top."""
+    ahead = np.cross(tilts, [0.0, 0.0, 1.0])
+    advance = (ahead[:, None] * points).sum(axis=-1)
+    is_low = points[:, 2] < points[:, 2].min() + _LOW_M
+    return points[np.where(is_low, advance, -np.inf).argmax(axis=-1)]
+
+
+def tilt_and_twist(
+    start: Float64[np.ndarray, "4"], goal: Float64[np.ndarray, "4"]
+) -> tuple[Float64[np.ndarray, "3"], float]:
+    """The turn from ``start`` to ``goal`` as a turn about a horizontal axis, then one about the vertical.
+
+    Returns:
+        The horizontal rotation vector and the angle about the vertical axis [rad].
+    """
     turn = quat_multiply(goal, quat_conjugate(start))
     turn = turn if turn[0] >= 0 else -turn
-    sine = float(np.sqrt((turn[1:] ** 2).sum()))
-    return np.zeros(3) if sine < 1e-9 else 2 * np.arctan2(sine, turn[0]) * turn[1:] / sine
+    upright = float(np.hypot(turn[0], turn[3]))
+    twist = 2 * float(np.arctan2(turn[3], turn[0]))
+    untwisted = quat_multiply(quat_from_yaw(-twist), turn)
+    axis = np.array([untwisted[1], untwisted[2], 0.0])
+    sine = float(np.sqrt((axis**2).sum()))
+    tilt = np.zeros(3) if sine < 1e-9 else 2 * np.arctan2(sine, upright) * axis / sine
+    return tilt, (twist + np.pi) % (2 * np.pi) - np.pi
 
 
 def _draw_hand_rotations(count: int, config: PushConfig, rng: np.random.Generator) -> Float64[np.ndarray, "push 3 3"]:

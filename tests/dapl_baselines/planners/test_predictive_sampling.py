@@ -11,7 +11,7 @@ from dapl_baselines.planners.predictive_sampling import PredictiveSamplingPolicy
 from tests.scene_fixtures import make_box_scene
 
 TINY = PlannerConfig(samples=12, horizon_steps=6, commit_steps=3, attempts=1, max_rounds=2, improvement=-10.0)
-SMALL = PlannerConfig(samples=32, max_rounds=60)
+SMALL = PlannerConfig(max_rounds=40)
 
 
 def _episode(index: int = 0, pair_index: int = 0, seed: int = 0) -> Episode:
@@ -106,7 +106,7 @@ def test_an_input_without_states_is_refused():
 
 
 @pytest.mark.parametrize(
-    "settings", [{"samples": 1}, {"commit_steps": 16}, {"commit_steps": 0}, {"attempts": 0}, {"knots": 1}]
+    "settings", [{"samples": 1}, {"commit_steps": 24}, {"commit_steps": 0}, {"attempts": 0}, {"knots": 1}]
 )
 def test_settings_with_which_nothing_can_run_are_refused(settings):
     with pytest.raises(InvalidValueError):

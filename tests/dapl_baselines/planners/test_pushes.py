@@ -1,13 +1,19 @@
 import numpy as np
 import pytest
 
-from clutter6d.geometry import quat_from_axis_angle, quat_multiply, quat_to_matrix
+from clutter6d.geometry import (
+    quat_from_axis_angle,
+    quat_from_yaw,
+    quat_multiply,
+    quat_to_matrix,
+    rotation_error_rad,
+)
 from clutter6d.seeding import generator
 from clutter6d.sim.robot import HOME_QPOS, hand_pose
 from dapl_baselines.planners.config import PushConfig
 from dapl_baselines.planners.contact_points import sample_contact_points
 from dapl_baselines.planners.hand_servo import servo_residuals, tip_positions
-from dapl_baselines.planners.pushes import draw_pushes, rotation_vector
+from dapl_baselines.planners.pushes import draw_pushes, tilt_and_twist
 from tests.scene_fixtures import make_box_asset
 
 CONTACTS = sample_contact_points(make_box_asset("box", (0.06, 0.06, 0.10)))
@@ -28,7 +34,7 @@ def test_a_push_for_translation_starts_behind_the_object_and_leads_to_the_goal()
 
 def test_a_push_for_a_topple_touches_the_upper_half():
     fallen = quat_from_axis_angle(np.array([1.0, 0.0, 0.0]), np.pi / 2)
-    pushes = _draw(np.concatenate([POSE[:3], fallen]), intent_shares=(0.0, 1.0, 0.0))
+    pushes = _draw(np.concatenate([POSE[:3], fallen]), tipping_shares=(0.0, 1.0, 0.0, 0.0))
     sideways = np.abs(pushes.start[:, 1]) > 0.03
     assert (pushes.start[sideways, 2] > 0.05).mean() > 0.8
 
@@ -58,9 +64,14 @@ def test_the_servo_brings_the_tips_to_a_point_and_the_hand_upright():
     assert quat_to_matrix(hand_pose(arm)[:, 3:])[0, 2, 2] < -0.95
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.3, -2.0, 3.1])
-def test_rotation_vector_turns_start_to_goal(angle):
-    axis = np.array([0.6, 0.0, 0.8])
+@pytest.mark.parametrize("tilt_rad", [0.0, 0.3, 1.5, 3.0])
+@pytest.mark.parametrize("twist_rad", [-2.5, 0.0, 1.0])
+def test_tilt_then_twist_is_the_whole_turn(tilt_rad, twist_rad):
+    axis = np.array([0.6, 0.8, 0.0])
     start = quat_from_axis_angle(np.array([0.0, 1.0, 0.0]), 0.7)
-    turn = quat_from_axis_angle(axis, angle)
-    np.testing.assert_allclose(rotation_vector(start, quat_multiply(turn, start)), angle * axis, atol=1e-9)
+    turn = quat_multiply(quat_from_yaw(twist_rad), quat_from_axis_angle(axis, tilt_rad))
+    tilt, twist = tilt_and_twist(start, quat_multiply(turn, start))
+    length = np.linalg.norm(tilt)
+    again = quat_from_axis_angle(tilt / max(length, 1e-12), length)
+    assert rotation_error_rad(quat_multiply(quat_from_yaw(twist), again), turn) < 1e-6
+    np.testing.assert_allclose(length, tilt_rad, atol=1e-6)
