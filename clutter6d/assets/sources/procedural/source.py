@@ -17,6 +17,7 @@ from clutter6d.assets.sources.procedural import (
     household,
     kitchen,
     office,
+    ornaments,
     packaging,
     tableware,
     tools,
@@ -32,7 +33,7 @@ VERSION = "v1"
 
 DEFAULT_COUNT = 512
 _KEY = re.compile(rf"{VERSION}/(?P<family>[a-z-]+)/(?P<index>\d{{4,}})/seed(?P<seed>\d+)")
-_THEMES = (tableware, kitchen, containers, packaging, office, tools, hardware, toys, electronics, household)
+_THEMES = (tableware, kitchen, containers, packaging, office, tools, hardware, toys, electronics, household, ornaments)
 _OF_THEME = [[item for item in vars(theme).values() if isinstance(item, Family)] for theme in _THEMES]
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
