@@ -33,7 +33,7 @@ demo: $(VENV)/.installed-core
 	@echo "make: 1/5 processing objects of the built-in procedural source"
 	@$(CLUTTER6D) assets process procedural --limit 48 --workers $(WORKERS) --out $(DEMO)/library
 	@echo "make: 2/5 generating certified scenes of the moderate track"
-	@$(CLUTTER6D) generate --track moderate --scenes 4 --seed 0 --workers $(WORKERS) --library $(DEMO)/library --out $(DEMO)/scenes
+	@$(CLUTTER6D) generate --track moderate --scenes 2 --seed 0 --workers $(WORKERS) --library $(DEMO)/library --out $(DEMO)/scenes
 	@echo "make: 3/5 evaluating the planner on them"
 	@$(CLUTTER6D) evaluate --policy planner --scenes $(DEMO)/scenes --pairs 1 --out $(DEMO)/evaluation
 	@echo "make: 4/5 replaying what was recorded"
@@ -44,7 +44,7 @@ demo: $(VENV)/.installed-core
 
 test: $(VENV)/.installed-dev
 	@echo "make: running the tests on $(TEST_WORKERS) processes"
-	@$(PYTEST) -n $(TEST_WORKERS)
+	@$(PYTEST) -n $(TEST_WORKERS) --dist loadfile
 
 test-slow: $(VENV)/.installed-dev
 	@echo "make: running the long tests"
