@@ -1,5 +1,6 @@
 """Many different scenes side by side: the one place where simulation is stepped."""
 
+import logging
 from collections.abc import Sequence
 
 import mujoco
@@ -13,6 +14,9 @@ from clutter6d.sim.robot import HOME_QPOS
 from clutter6d.sim.scene_model import ARM_DOF, SceneModel
 
 Slots = Int[np.ndarray, "slot"]
+
+# Left alone, the engine prints its warnings and writes MUJOCO_LOG.TXT into the working directory.
+mujoco.set_mju_user_warning(logging.getLogger("mujoco").debug)
 
 
 class SceneBatch:

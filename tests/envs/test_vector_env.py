@@ -126,10 +126,11 @@ def test_an_episode_starts_from_the_stored_poses_at_rest(moved_env):
 
 
 def test_an_invalid_state_is_reported_and_forgotten_at_the_next_reset(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # the engine writes its log into the working directory
+    monkeypatch.chdir(tmp_path)
     env, slots = make_env(3), np.arange(3)
     env.batch.object_velocities[1, 0, 0] = 1e12
     assert env.step(slots, np.zeros((3, 7), np.float32)).tolist() == [False, True, False]
+    assert not list(tmp_path.iterdir()), "the engine left its log behind"
     env.reset(np.array([1]))
     assert not env.step(slots, np.zeros((3, 7), np.float32)).any()
 
