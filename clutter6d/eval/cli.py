@@ -86,7 +86,10 @@ def replay(
 
 
 def _open(path: Path) -> EpisodeScenes:
-    return cast(EpisodeScenes, SceneSet.open(path))  # its cached properties are properties
+    """The scenes, every one read now: a damaged one ends the command before anything is written."""
+    scene_set = SceneSet.open(path)
+    _ = scene_set.scenes
+    return cast(EpisodeScenes, scene_set)  # its cached properties are properties
 
 
 def _run_policy(evaluation: Evaluation, progress: Progress, name: str, *, num_envs: int, threads: int) -> None:

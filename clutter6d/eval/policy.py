@@ -6,7 +6,8 @@ on the other slots: on how many there are, on their order, or on their scenes.
 
 import hashlib
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -120,20 +121,54 @@ def identity_hash(name: str, settings: object = None) -> str:
     return hashlib.sha256(canonical_json([name, settings])).hexdigest()
 
 
-def ask_policy(policy: Policy, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:
-    """The policy's actions, checked.
-
-    Raises:
-        InvalidValueError: The policy gave something else than finite float32 residuals, or failed.
-    """
+@contextmanager
+def _blaming(policy: Policy) -> Iterator[None]:
+    """A policy is the user's code and may fail in any way; the error says which policy and how."""
     try:
-        actions: object = policy.act(inputs)
+        yield
     except Clutter6DError:
         raise
     except Exception as error:
         _log.debug("policy failed", exc_info=True)
         detail = " ".join(f"{type(error).__name__}: {error}".split())
         raise InvalidValueError(f"policy '{policy.name}' failed: {detail}") from error
+
+
+def begin_episodes(policy: Policy, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:
+    """Tell the policy that episodes start.
+
+    Raises:
+        InvalidValueError: The policy failed.
+    """
+    with _blaming(policy):
+        policy.begin(slots, episodes)
+
+
+@contextmanager
+def blaming(what: str) -> Iterator[None]:
+    """Turn whatever a policy's own code raises into one line that names it.
+
+    Raises:
+        InvalidValueError: The code inside raised something that is not an error of this package.
+    """
+    try:
+        yield
+    except Clutter6DError:
+        raise
+    except Exception as error:
+        _log.debug("%s failed", what, exc_info=True)
+        detail = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InvalidValueError(f"{what} failed: {detail}") from error
+
+
+def ask_policy(policy: Policy, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:
+    """The policy's actions, checked.
+
+    Raises:
+        InvalidValueError: The policy gave something else than finite float32 residuals, or failed.
+    """
+    with blaming(f"policy '{policy.name}'"):
+        actions: object = policy.act(inputs)
     wanted = (len(inputs.slots), ACTION_SIZE)
     if not isinstance(actions, np.ndarray) or actions.dtype != np.float32 or actions.shape != wanted:
         found = f"{actions.dtype}{actions.shape}" if isinstance(actions, np.ndarray) else type(actions).__name__

@@ -83,14 +83,29 @@ def _call(spec: str, factory: PolicyFactory, options: PolicyOptions) -> object:
         return factory(options)
     except TypeError as error:
         raise InvalidValueError(f"policy '{spec}': the factory does not take PolicyOptions: {_line(error)}") from None
+    except Clutter6DError:
+        raise
+    except Exception as error:
+        raise InvalidValueError(f"policy '{spec}': the factory failed: {_line(error)}") from error
 
 
 def _checked(spec: str, policy: object) -> Policy:
-    wanted = ("name", "policy_hash", "is_privileged", "needs_observation", "begin", "act")
-    missing = [name for name in wanted if not hasattr(policy, name)]
-    if missing:
-        raise InvalidValueError(f"policy '{spec}' is a {type(policy).__name__} without '{missing[0]}'")
+    if isinstance(policy, type):
+        raise InvalidValueError(
+            f"policy '{spec}' gave the class {policy.__name__}, not a policy; name the class itself"
+        )
+    for name in (*_POLICY_VALUES, "begin", "act"):
+        if not hasattr(policy, name):
+            raise InvalidValueError(f"policy '{spec}' is a {type(policy).__name__} without '{name}'")
+        value: object = getattr(policy, name)
+        if not (isinstance(value, _POLICY_VALUES[name]) if name in _POLICY_VALUES else callable(value)):
+            kind = _POLICY_VALUES[name].__name__ if name in _POLICY_VALUES else "method"
+            raise InvalidValueError(f"policy '{spec}': its '{name}' is a {type(value).__name__}, expected a {kind}")
     return cast(Policy, policy)
+
+
+_POLICY_VALUES: dict[str, type] = {"name": str, "policy_hash": str, "is_privileged": bool, "needs_observation": bool}
+"""The values that a policy must have, by type."""
 
 
 def _line(error: Exception) -> str:

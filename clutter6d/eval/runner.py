@@ -13,7 +13,7 @@ from clutter6d.envs.vector_env import ClutterVectorEnv, EnvConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.attempt import Attempt, Look
 from clutter6d.eval.episode import EpisodeRecord
-from clutter6d.eval.policy import Episode, Policy, PolicyInput, ask_policy
+from clutter6d.eval.policy import Episode, Policy, PolicyInput, ask_policy, begin_episodes
 from clutter6d.physics import CONTROL_STEP_S
 from clutter6d.scene import Scene
 from clutter6d.sim.scene_model import SceneModel, compile_stored_scene
@@ -115,7 +115,7 @@ class EpisodeRunner:
         episodes = [self._episode(*waiting.popleft()) for _ in free]
         slots = np.array(free, dtype=np.int64)
         env.load(slots, [episode.scene_model for episode in episodes], [episode.pair for episode in episodes])
-        self._policy.begin(slots, episodes)
+        begin_episodes(self._policy, slots, episodes)
         running.update({slot: Attempt(episode=episode) for slot, episode in zip(free, episodes, strict=True)})
 
     def _episode(self, scene_id: str, pair: int) -> Episode:

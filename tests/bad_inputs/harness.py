@@ -96,7 +96,8 @@ def fingerprint(folder: Path) -> dict[str, str]:
         for path in (Path(parent), *(Path(parent, name) for name in names)):
             mode = path.lstat().st_mode
             if stat.S_ISREG(mode):
-                content = hashlib.sha256(path.read_bytes()).hexdigest()
+                is_small = path.stat().st_size < 100 << 20
+                content = hashlib.sha256(path.read_bytes()).hexdigest() if is_small else str(path.stat().st_mtime_ns)
             else:
                 content = oct(stat.S_IFMT(mode))
             found[str(path.relative_to(folder))] = content

@@ -1,0 +1,3 @@
+"""A policy's module that cannot be imported."""
+
+raise ValueError("no configuration")
