@@ -122,29 +122,6 @@ def identity_hash(name: str, settings: object = None) -> str:
 
 
 @contextmanager
-def _blaming(policy: Policy) -> Iterator[None]:
-    """A policy is the user's code and may fail in any way; the error says which policy and how."""
-    try:
-        yield
-    except Clutter6DError:
-        raise
-    except Exception as error:
-        _log.debug("policy failed", exc_info=True)
-        detail = " ".join(f"{type(error).__name__}: {error}".split())
-        raise InvalidValueError(f"policy '{policy.name}' failed: {detail}") from error
-
-
-def begin_episodes(policy: Policy, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:
-    """Tell the policy that episodes start.
-
-    Raises:
-        InvalidValueError: The policy failed.
-    """
-    with _blaming(policy):
-        policy.begin(slots, episodes)
-
-
-@contextmanager
 def blaming(what: str) -> Iterator[None]:
     """Turn whatever a policy's own code raises into one line that names it.
 
@@ -159,6 +136,16 @@ def blaming(what: str) -> Iterator[None]:
         _log.debug("%s failed", what, exc_info=True)
         detail = " ".join(f"{type(error).__name__}: {error}".split())
         raise InvalidValueError(f"{what} failed: {detail}") from error
+
+
+def begin_episodes(policy: Policy, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:
+    """Tell the policy that episodes start.
+
+    Raises:
+        InvalidValueError: The policy failed.
+    """
+    with blaming(f"policy '{policy.name}'"):
+        policy.begin(slots, episodes)
 
 
 def ask_policy(policy: Policy, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:

@@ -1,5 +1,6 @@
 """Finding a policy by what stands behind ``--policy``."""
 
+import sys
 from collections.abc import Callable, Iterable
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -7,16 +8,18 @@ from pathlib import Path
 from typing import cast
 
 from clutter6d.errors import (
-    Clutter6DError,
     InvalidValueError,
     MissingDependencyError,
     MissingFileError,
     UnknownNameError,
 )
-from clutter6d.eval.policy import Policy, PolicyFactory, PolicyOptions
+from clutter6d.eval.policy import Policy, PolicyFactory, PolicyOptions, blaming
 
 ENTRY_POINT_GROUP = "clutter6d.policies"
 CHECKPOINT_ENTRY_POINT = "checkpoint"
+
+_POLICY_VALUES: dict[str, type] = {"name": str, "policy_hash": str, "is_privileged": bool, "needs_observation": bool}
+"""The values that a policy must have, by type."""
 
 
 def load_policy(spec: str, options: PolicyOptions | None = None) -> Policy:
@@ -44,7 +47,9 @@ def load_policy(spec: str, options: PolicyOptions | None = None) -> Policy:
         factory = _import(spec, spec, names)
     else:
         raise UnknownNameError("policy", spec, [*names, "package.module:factory", "checkpoint.pt"])
-    return _checked(spec, _call(spec, cast(PolicyFactory, factory), chosen))
+    with blaming(f"policy '{spec}': its factory"):
+        policy = cast(PolicyFactory, factory)(chosen)
+    return _checked(spec, policy)
 
 
 def _load_checkpoint(path: Path, options: PolicyOptions, known: dict[str, EntryPoint]) -> Policy:
@@ -61,32 +66,22 @@ def _import(spec: str, target: str, known: Iterable[str]) -> object:
     module_name, _, attribute = target.partition(":")
     if not all(part.isidentifier() for part in [*module_name.split("."), attribute]):
         raise InvalidValueError(f"policy '{spec}' is not of the form package.module:factory")
+    _see_working_directory()
     try:
-        module = import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name and (module_name == error.name or module_name.startswith(f"{error.name}.")):
+        with blaming(f"policy '{spec}': importing {module_name}"):
+            module = import_module(module_name)
+    except InvalidValueError as error:
+        cause = error.__cause__
+        if not isinstance(cause, ModuleNotFoundError) or not cause.name:
+            raise
+        if f"{module_name}.".startswith(f"{cause.name}."):
             raise UnknownNameError("policy module", module_name, known) from None
-        raise MissingDependencyError(f"policy '{spec}' needs the package '{error.name}': {_line(error)}") from None
-    except Clutter6DError:
-        raise
-    except Exception as error:  # noqa: BLE001  a user's module may fail in any way; the message says how
-        raise InvalidValueError(f"policy '{spec}': importing {module_name} failed: {_line(error)}") from None
+        raise MissingDependencyError(f"policy '{spec}' needs the package '{cause.name}'; install it") from None
     factory = getattr(module, attribute, None)
     if not callable(factory):
         callables = [name for name in dir(module) if callable(getattr(module, name)) and not name.startswith("_")]
         raise UnknownNameError(f"factory in {module_name}", attribute, callables)
     return factory
-
-
-def _call(spec: str, factory: PolicyFactory, options: PolicyOptions) -> object:
-    try:
-        return factory(options)
-    except TypeError as error:
-        raise InvalidValueError(f"policy '{spec}': the factory does not take PolicyOptions: {_line(error)}") from None
-    except Clutter6DError:
-        raise
-    except Exception as error:
-        raise InvalidValueError(f"policy '{spec}': the factory failed: {_line(error)}") from error
 
 
 def _checked(spec: str, policy: object) -> Policy:
@@ -104,9 +99,7 @@ def _checked(spec: str, policy: object) -> Policy:
     return cast(Policy, policy)
 
 
-_POLICY_VALUES: dict[str, type] = {"name": str, "policy_hash": str, "is_privileged": bool, "needs_observation": bool}
-"""The values that a policy must have, by type."""
-
-
-def _line(error: Exception) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+def _see_working_directory() -> None:
+    """Let a module in the working directory be found, after all installed ones."""
+    if str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))

@@ -57,6 +57,13 @@ def test_a_policy_that_cannot_be_had_is_explained_in_one_line(spec, error, said)
     assert isinstance(caught.value, UserError)
 
 
+def test_a_module_in_the_working_directory_is_found(tmp_path, monkeypatch):
+    (tmp_path / "beside_me.py").write_text("from tests.eval.scripted import make_scripted as make")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    assert load_policy("beside_me:make").name == "scripted"
+
+
 def write_module(folder, monkeypatch, name, content):
     (folder / f"{name}.py").write_text(content)
     monkeypatch.syspath_prepend(folder)
