@@ -67,7 +67,7 @@ class CheckpointHeader(FileModel):
     """
 
     schema_version: Literal[1] = 1
-    format: Literal["clutter6d-checkpoint"] = FORMAT
+    format: Literal["clutter6d-checkpoint"]
     architecture: str
     config: dict[str, JsonValue]
     history: tuple[TrainingRecord, ...] = ()
@@ -136,6 +136,7 @@ def write_checkpoint(
     _find_architecture(architecture)
     weights = {name: tensor.detach().cpu().contiguous() for name, tensor in module.state_dict().items()}
     header = CheckpointHeader(
+        format=FORMAT,
         architecture=architecture,
         config=config.model_dump(mode="json"),
         history=history,
