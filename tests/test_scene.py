@@ -23,9 +23,8 @@ from clutter6d.scene import (
     RelationKind,
     Scene,
     SceneGraph,
-    read_scene,
-    write_scene,
 )
+from clutter6d.scene_file import read_scene, write_scene
 from clutter6d.seeding import generator
 
 OBJECTS = ("target", "large_0", "small_0")

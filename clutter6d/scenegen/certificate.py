@@ -1,13 +1,12 @@
 """The evidence that a scene is valid, measured in the simulator (benchmark: "A valid scene carries a certificate")."""
 
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import mujoco
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int
 
 from clutter6d import __version__
 from clutter6d.geometry import quat_from_yaw, quat_multiply
@@ -19,7 +18,7 @@ from clutter6d.sim.contacts import Contact, find_contacts, max_penetration_m, ro
 from clutter6d.sim.robot import HOME_QPOS, inverse_kinematics
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
 from clutter6d.sim.scene_model import SceneModel, joint_state
-from clutter6d.sim.settle import SettleConfig, hold, settle
+from clutter6d.sim.settle import SettleConfig, hold, measure_drift, settle
 
 DOWN = np.array([0.0, 1.0, 0.0, 0.0])
 """Hand orientation with the fingers pointing at the table."""
@@ -33,6 +32,8 @@ class CertificateLimits:
         penetration_m: Deepest allowed contact.
         drift_m: Largest displacement in 1 s.
         drift_rad: Largest rotation in 1 s (1 degree).
+        settling_m: How far the target may move from where it was placed until it rests.
+        settling_rad: How far it may turn: more, and it rests on another face than the one it was placed on.
         hover_gaps_m: Clearances of the finger tips above the target's top, at one of which the hand must be able to
             hover; the higher one is for targets beside taller obstacles.
         hover_yaws: Directions of the hand tried at each hover pose.
@@ -41,6 +42,8 @@ class CertificateLimits:
     penetration_m: float = 1e-3
     drift_m: float = 1e-3
     drift_rad: float = float(np.deg2rad(1.0))
+    settling_m: float = 1e-3
+    settling_rad: float = float(np.deg2rad(2.0))
     hover_gaps_m: tuple[float, ...] = (0.05, 0.20)
     hover_yaws: int = 4
 
@@ -62,6 +65,11 @@ class StateReport:
     drift_m: Float64[np.ndarray, "state"]
     drift_rad: Float64[np.ndarray, "state"]
     failures: tuple[str | None, ...]
+
+    def with_failures(self, reason: str, has_failed: Bool[np.ndarray, "state"]) -> "StateReport":
+        """This report with a further reason for those states that had none yet."""
+        both = zip(self.failures, has_failed, strict=True)
+        return replace(self, failures=tuple(reason if old is None and failed else old for old, failed in both))
 
 
 def settle_and_check(
@@ -93,6 +101,8 @@ def settle_and_check(
     resting = batch.object_poses.copy()
     drift = hold(batch, resting, config)
     drift_m, drift_rad = drift.distance_m.max(axis=1), drift.angle_rad.max(axis=1)
+    settling = measure_drift(poses[:, :1], resting[:, :1])
+    settled &= ((settling.distance_m <= limits.settling_m) & (settling.angle_rad <= limits.settling_rad))[:, 0]
     failures: list[str | None] = []
     penetration = np.zeros(len(poses))
     for row, state in enumerate(resting):
@@ -178,20 +188,15 @@ def _hover_poses(
     return np.concatenate([positions, np.broadcast_to(quat, (len(states), 4))], axis=1)
 
 
-def make_certificate(reports: Sequence[StateReport], rows: Sequence[np.ndarray], relation_count: int) -> Certificate:
+def make_certificate(measured: Sequence[tuple[StateReport, Int[np.ndarray, "_"]]], relation_count: int) -> Certificate:
     """The worst case over the chosen rows of several reports."""
-    chosen = [(report, index) for report, index in zip(reports, rows, strict=True) if len(index)]
+    chosen = [(report, rows) for report, rows in measured if len(rows)]
     return Certificate(
-        max_penetration_m=max(float(report.penetration_m[index].max()) for report, index in chosen),
-        max_drift_m=max(float(report.drift_m[index].max()) for report, index in chosen),
-        max_drift_rad=max(float(report.drift_rad[index].max()) for report, index in chosen),
+        max_penetration_m=max(float(report.penetration_m[rows].max()) for report, rows in chosen),
+        max_drift_m=max(float(report.drift_m[rows].max()) for report, rows in chosen),
+        max_drift_rad=max(float(report.drift_rad[rows].max()) for report, rows in chosen),
         relations_hold=relation_count,
-        reachable_poses=sum(len(index) for _, index in chosen),
+        reachable_poses=sum(len(rows) for _, rows in chosen),
         engine_version=mujoco.__version__,
         generator_version=__version__,
     )
-
-
-def count_failures(report: StateReport) -> Counter[str]:
-    """Failed states by reason."""
-    return Counter(reason for reason in report.failures if reason is not None)

@@ -18,7 +18,8 @@ import pandas as pd
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
-from clutter6d.scene import PlacedObject, Scene, read_scene, write_scene
+from clutter6d.scene import PlacedObject, Scene
+from clutter6d.scene_file import read_scene, write_scene
 from clutter6d.schema import FileModel, read_model, write_model
 
 HEADER = "scene_set.json"
@@ -135,6 +136,12 @@ class SceneSet:
         for item in scene.objects:
             if item.asset_hash not in self._assets:
                 self._assets[item.asset_hash] = self._load(scene, item)
+            orientations = len(self._assets[item.asset_hash].stable.heights_m)
+            if item.stable_index >= orientations:
+                problem = (
+                    f"'{item.name}' rests in orientation {item.stable_index}, {item.asset_name} has {orientations}"
+                )
+                raise InvalidFileError(self.scene_folder(scene.scene_id) / "scene.json", problem)
         return {item.asset_hash: self._assets[item.asset_hash] for item in scene.objects}
 
     def _load(self, scene: Scene, item: PlacedObject) -> Asset:

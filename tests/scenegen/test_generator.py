@@ -9,9 +9,11 @@ import pytest
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.errors import GenerationError, InvalidValueError
 from clutter6d.geometry import rotation_error_rad
-from clutter6d.scene import TABLE, Relation, SceneGraph, scene_to_file
+from clutter6d.scene import TABLE, Relation, SceneGraph
+from clutter6d.scene_file import scene_to_file
 from clutter6d.scenegen.generation import generate_scenes, open_for_generation
-from clutter6d.scenegen.generator import GeneratorConfig, SceneGenerator
+from clutter6d.scenegen.generator import SceneGenerator
+from clutter6d.scenegen.generator_config import GeneratorConfig
 from clutter6d.scenegen.scene_set import SceneSet
 from clutter6d.scenegen.track import Region, Track, find_track
 from clutter6d.sim.contacts import find_contacts
