@@ -20,7 +20,7 @@ from clutter6d import __version__
 from clutter6d.envs.action import ActionConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
 from clutter6d.envs.vector_env import EnvConfig
-from clutter6d.errors import InvalidValueError
+from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.eval.builtin_policies import ZeroPolicy
 from clutter6d.eval.episode import EpisodeRecord, EpisodeRow, episode_path, read_episode, write_episode
 from clutter6d.eval.policy import Policy
@@ -92,10 +92,15 @@ class Evaluation:
         """The episodes that are done, by scene and pair.
 
         Raises:
-            InvalidFileError: One of them is damaged.
+            InvalidFileError: One of them is damaged, or is another episode's.
         """
         paths = {key: episode_path(self._out / part, *key) for key in self.keys}
-        return {key: read_episode(path) for key, path in paths.items() if path.is_file()}
+        records = {key: read_episode(path) for key, path in paths.items() if path.is_file()}
+        for key, record in records.items():
+            if record.row.key != key:
+                scene_id, pair = record.row.key
+                raise InvalidFileError(paths[key], f"holds the episode of {scene_id} pair {pair}; delete it")
+        return records
 
     def run(self, part: Part = "journal", *, num_envs: int = 16, threads: int = 0) -> Iterator[EpisodeRow]:
         """Run what is not done yet, and keep each episode as soon as it ends.

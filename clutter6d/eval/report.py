@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from clutter6d.envs.action import ActionConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS
@@ -44,13 +45,13 @@ class RunSettings(FileModel):
     policy_is_privileged: bool
     tracks: tuple[str, ...]
     split_sha256: str
-    scenes: int
-    pairs: int
+    scenes: int = Field(ge=1)
+    pairs: int = Field(ge=1)
     seed: int
-    max_steps: int
-    action_scale_rad: float
-    max_hand_step_m: float
-    damping: float
+    max_steps: int = Field(ge=1)
+    action_scale_rad: float = Field(gt=0)
+    max_hand_step_m: float = Field(gt=0)
+    damping: float = Field(ge=0)
     engine: str
     clutter6d: str
 

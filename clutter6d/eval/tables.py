@@ -1,6 +1,7 @@
 """The tables of an evaluation as Parquet files, written atomically and read with suspicion."""
 
 import io
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -50,10 +51,14 @@ def read_rows(folder: Path) -> tuple[EpisodeRow, ...]:
     path = folder / EPISODES_FILE
     table = _read(path, tuple(EpisodeRow.model_fields))
     try:
-        return tuple(EpisodeRow.model_validate(row) for row in table.to_pylist())
+        rows = tuple(EpisodeRow.model_validate(row) for row in table.to_pylist())
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         raise InvalidFileError(path, f"not a table of episodes: {first['loc'][0]}: {first['msg']}") from None
+    (scene_id, pair), count = Counter(row.key for row in rows).most_common(1)[0] if rows else (("", 0), 0)
+    if count > 1:
+        raise InvalidFileError(path, f"not a table of episodes: {scene_id} pair {pair} is in it {count} times")
+    return rows
 
 
 def read_actions(folder: Path) -> dict[tuple[str, int], Float32[np.ndarray, "step 7"]]:
@@ -65,6 +70,8 @@ def read_actions(folder: Path) -> dict[tuple[str, int], Float32[np.ndarray, "ste
     """
     path = folder / ACTIONS_FILE
     table = _read(path, ("scene_id", "pair", "step", *ACTION_COLUMNS))
+    if not all(pa.types.is_integer(table.schema.field(name).type) for name in ("pair", "step")):
+        raise InvalidFileError(path, "not a table of actions: pair and step are not whole numbers")
     if any(table.schema.field(name).type != pa.float32() for name in ACTION_COLUMNS):
         raise InvalidFileError(path, "not a table of actions: the actions are not float32")
     frame = table.to_pandas()

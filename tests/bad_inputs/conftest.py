@@ -5,11 +5,11 @@ import shutil
 import pytest
 
 from clutter6d.assets.library import AssetLibrary
+from clutter6d.eval.cli import SCENES_FILE, ScenesLocation
+from clutter6d.schema import write_model
 from tests.bad_inputs.harness import Workspace, run_command
 from tests.box_library import make_box_library
 from tests.scene_fixtures import write_box_scene_set
-
-MAX_STEPS = "3"
 
 
 @pytest.fixture(scope="session")
@@ -32,6 +32,7 @@ def workspace(pristine: Workspace, tmp_path) -> Workspace:
     """A copy of it for one test."""
     path = tmp_path / "workspace"
     shutil.copytree(pristine.path, path)
+    write_model(path / "results" / SCENES_FILE, ScenesLocation(scenes=str(path / "scenes")))
     return Workspace(path=path, library=path / "library", scenes=path / "scenes", results=path / "results")
 
 

@@ -58,12 +58,6 @@ def huge(folder: Path) -> None:
         file.truncate(80 << 20)
 
 
-def link_to_itself(folder: Path) -> None:
-    path = folder / SCENE
-    path.unlink()
-    path.symlink_to(path.name)
-
-
 def folder_for_a_file(folder: Path) -> None:
     path = folder / SCENE
     path.unlink()
@@ -96,7 +90,6 @@ CASES = [
     Case(name="scene-is-a-list", make=text_of("[]"), says=("scene.json", "not a valid scene file")),
     Case(name="scene-nested-too-deeply", make=text_of("[" * 100_000), says=("scene.json", "recursion")),
     Case(name="scene-of-eighty-megabytes", make=spoiled(huge), says=("scene.json", "83,886,080 bytes", "allowed")),
-    Case(name="scene-a-link-to-itself", make=spoiled(link_to_itself), says=("scene.json", "symbolic links")),
     Case(name="scene-a-folder", make=spoiled(folder_for_a_file), says=("scene.json", "directory")),
     Case(
         name="scene-with-unknown-field", make=edited(lambda it: it.update(colour="red")), says=("scene.json", "colour")
