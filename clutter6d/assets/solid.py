@@ -99,6 +99,9 @@ def close_solid(
         MeshRejectedError: No solid of positive volume was found.
     """
     soup = trimesh.Trimesh(vertices, faces, process=False)
+    united = _unite_components(soup, settings.max_components)
+    if united is not None:
+        return ClosedSolid(manifold=simplify_solid(united, settings.faces), was_watertight=True, fallbacks=())
     soup.merge_vertices(digits_vertex=6)
     soup.update_faces(soup.nondegenerate_faces() & soup.unique_faces())
     if not len(soup.faces) or soup.area <= 0:

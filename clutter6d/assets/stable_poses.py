@@ -93,13 +93,16 @@ def propose_orientations(
     centre = np.zeros(3) if is_inside else np.asarray(hull.center_mass)
     fallbacks = () if is_inside else ("stable-poses:hull-centre",)
     try:
-        transforms, probabilities = trimesh.poses.compute_stable_poses(
-            hull, center_mass=centre, sigma=0.0, n_samples=1, threshold=settings.min_probability, seed=0
-        )
+        with np.errstate(all="ignore"):
+            transforms, probabilities = trimesh.poses.compute_stable_poses(
+                hull, center_mass=centre, sigma=0.0, n_samples=1, threshold=settings.min_probability, seed=0
+            )
     except (ValueError, IndexError, KeyError, ZeroDivisionError):
         transforms, probabilities = np.zeros((0, 4, 4)), np.zeros(0)
     if not len(transforms):
         return np.zeros((0, 4)), np.zeros(0), (*fallbacks, "stable-poses:none-proposed")
+    is_proper = np.isfinite(transforms).all(axis=(1, 2)) & np.isfinite(probabilities)
+    transforms, probabilities = transforms[is_proper], probabilities[is_proper]
     quats = quat_from_matrix(np.asarray(transforms)[:, :3, :3])
     count = settings.max_orientations
     return quats[:count], np.asarray(probabilities, dtype=np.float64)[:count], fallbacks

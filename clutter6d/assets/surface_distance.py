@@ -46,7 +46,8 @@ class SurfaceDistance:
         corner_points, corner_faces = np.unique(faces.ravel(), return_index=True)
         self._triangles = vertices[faces].astype(np.float64)
         self._faces = np.concatenate([on_face, corner_faces // 3])
-        self._tree = cKDTree(np.concatenate([points, vertices[corner_points]]))
+        self._points = np.concatenate([points, vertices[corner_points]])
+        self._tree = cKDTree(self._points)
 
     def closest(
         self, points: Float[np.ndarray, "point 3"], *, neighbours: int = 2
@@ -55,8 +56,10 @@ class SurfaceDistance:
         _, nearest = self._tree.query(points, k=neighbours)
         faces = self._faces[nearest].reshape(len(points), -1)
         repeated = np.repeat(points, faces.shape[1], axis=0)
-        candidates = trimesh.triangles.closest_point(self._triangles[faces.ravel()], repeated)
-        candidates = candidates.reshape(len(points), -1, 3)
+        with np.errstate(all="ignore"):  # a triangle without area has no closest point; its sample stands for it
+            candidates = trimesh.triangles.closest_point(self._triangles[faces.ravel()], repeated)
+        samples = self._points[nearest.reshape(-1)]
+        candidates = np.where(np.isfinite(candidates), candidates, samples).reshape(len(points), -1, 3)
         distances = np.linalg.norm(candidates - points[:, None], axis=2)
         best = np.argmin(distances, axis=1)
         rows = np.arange(len(points))

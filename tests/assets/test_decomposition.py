@@ -96,7 +96,9 @@ def test_hausdorff_distance_is_how_far_one_sticks_out() -> None:
 
 
 def test_cuts_between_touching_parts_do_not_count() -> None:
-    halves = [manifold3d.Manifold.cube((0.05, 0.2, 0.05), center=True).translate((x, 0, 0)) for x in (-0.025, 0.0250001)]
+    halves = [
+        manifold3d.Manifold.cube((0.05, 0.2, 0.05), center=True).translate((x, 0, 0)) for x in (-0.025, 0.0250001)
+    ]
     assert hausdorff_distance(BOX, halves[0] + halves[1]) < 5e-4
 
 

@@ -71,7 +71,9 @@ def test_an_open_sheet_becomes_a_thin_plate() -> None:
 
 def test_loose_triangles_become_a_solid() -> None:
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
-    soup = trimesh.Trimesh(ball.triangles.reshape(-1, 3) * 1.0, np.arange(len(ball.faces) * 3).reshape(-1, 3), process=False)
+    soup = trimesh.Trimesh(
+        ball.triangles.reshape(-1, 3) * 1.0, np.arange(len(ball.faces) * 3).reshape(-1, 3), process=False
+    )
     soup.vertices += np.random.Generator(np.random.PCG64(0)).normal(scale=1e-4, size=soup.vertices.shape)
     assert close(soup).manifold.volume() == pytest.approx(ball.volume, rel=0.06)
 

@@ -54,6 +54,6 @@ def test_rotating_by_a_symmetry_maps_corners_to_corners() -> None:
     box = trimesh.creation.box((0.2, 0.1, 0.05))
     for quat in symmetry_of(box).discrete_quats_wxyz:
         turned = rotate(quat, np.array(box.vertices))
-        assert {tuple(row) for row in np.round(turned, 6) + 0.0} == {tuple(row) for row in np.round(box.vertices, 6) + 0.0}
-
-
+        assert {tuple(row) for row in np.round(turned, 6) + 0.0} == {
+            tuple(row) for row in np.round(box.vertices, 6) + 0.0
+        }
