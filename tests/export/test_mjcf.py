@@ -15,7 +15,7 @@ from tests.scene_fixtures import make_box_scene_set
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scene_set = make_box_scene_set(1)
-    return export_mjcf(scene_set.scenes[0], scene_set.library.assets, tmp_path_factory.mktemp("mjcf"))
+    return export_mjcf(scene_set.scenes[0], scene_set.assets, tmp_path_factory.mktemp("mjcf"))
 
 
 def test_every_goal_pair_is_a_keyframe_with_its_ghost(exported: Path) -> None:
@@ -31,7 +31,7 @@ def test_every_goal_pair_is_a_keyframe_with_its_ghost(exported: Path) -> None:
 
 def test_the_exported_scene_moves_as_the_simulated_one(exported: Path) -> None:
     scene_set = make_box_scene_set(1)
-    ours = compile_stored_scene(scene_set.scenes[0], scene_set.library.assets).model
+    ours = compile_stored_scene(scene_set.scenes[0], scene_set.assets).model
     finals = []
     for model in (ours, mujoco.MjModel.from_xml_path(str(exported))):
         data = mujoco.MjData(model)
@@ -46,7 +46,7 @@ def test_masses_and_collision_geometry_are_the_assets(exported: Path) -> None:
     scene_set = make_box_scene_set(1)
     model = mujoco.MjModel.from_xml_path(str(exported))
     for item in scene_set.scenes[0].objects:
-        asset = scene_set.library.load(item.asset_hash)
+        asset = scene_set.assets[item.asset_hash]
         body = model.body(item.name)
         assert body.mass[0] == asset.mass_properties.mass_kg
         geoms = range(body.geomadr[0], body.geomadr[0] + body.geomnum[0])
