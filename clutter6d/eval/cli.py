@@ -20,6 +20,8 @@ from clutter6d.scenegen.scene_set import SceneSet
 from clutter6d.schema import FileModel, read_model, write_model
 
 SCENES_FILE = "scenes.json"
+PARALLEL_EPISODES = 16
+"""A policy that plans takes seconds an episode, so it runs one at a time: a kill then loses one, not sixteen."""
 
 
 class ScenesLocation(FileModel):
@@ -34,7 +36,12 @@ def evaluate(
     scenes: Annotated[Path, typer.Option(help="Folder of scenes, made by clutter6d generate.")],
     out: Annotated[Path, typer.Option(help="Folder of the results; an unfinished evaluation is continued.")],
     pairs: Annotated[int | None, typer.Option(min=1, help="Goal pairs of each scene, the first; default all.")] = None,
-    num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = 16,
+    num_envs: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Episodes that run at once; default 16, or 1 for a policy that plans in the simulator."
+        ),
+    ] = None,
     threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
     seed: Annotated[int, typer.Option(help="Seed of everything the policy draws.")] = 0,
     max_steps: Annotated[
@@ -49,10 +56,11 @@ def evaluate(
     write_model(out / SCENES_FILE, ScenesLocation(scenes=str(scenes.resolve())))
     console = Console()
     with _progress(console) as progress:
-        _run_policy(evaluation, progress, loaded.name, num_envs=num_envs, threads=threads)
+        at_once = num_envs or (1 if loaded.is_privileged else PARALLEL_EPISODES)
+        _run_policy(evaluation, progress, loaded.name, num_envs=at_once, threads=threads)
         done = len(evaluation.finished("floor"))
         bar = progress.add_task("zero action (floor)", total=len(evaluation.keys), completed=done)
-        for _ in evaluation.run("floor", num_envs=num_envs, threads=threads):
+        for _ in evaluation.run("floor", num_envs=num_envs or PARALLEL_EPISODES, threads=threads):
             progress.advance(bar)
     _print_report(evaluation.finish(), out, console)
 
@@ -60,7 +68,7 @@ def evaluate(
 def replay(
     folder: Annotated[Path, typer.Argument(help="What clutter6d evaluate wrote.")],
     scenes: Annotated[Path | None, typer.Option(help="The scenes, if they are no longer where they were.")] = None,
-    num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = 16,
+    num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = PARALLEL_EPISODES,
     threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
 ) -> None:
     """Simulate the recorded actions again; exit code 1 unless every outcome and metric is the same to the bit."""
