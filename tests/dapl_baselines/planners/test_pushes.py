@@ -13,7 +13,8 @@ from clutter6d.sim.robot import HOME_QPOS, hand_pose
 from dapl_baselines.planners.config import PushConfig
 from dapl_baselines.planners.contact_points import sample_contact_points
 from dapl_baselines.planners.hand_servo import servo_residuals, tip_positions
-from dapl_baselines.planners.pushes import draw_pushes, tilt_and_twist
+from dapl_baselines.planners.motions import tilt_and_twist
+from dapl_baselines.planners.pushes import draw_pushes
 from tests.scene_fixtures import make_box_asset
 
 CONTACTS = sample_contact_points(make_box_asset("box", (0.06, 0.06, 0.10)))
