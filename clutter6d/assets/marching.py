@@ -37,12 +37,10 @@ def march_tetrahedra(
     Returns:
         Vertices in grid coordinates, and triangles.
     """
-    inside = field < 0
-    shape = np.array(field.shape)
-    counts = sum(
-        inside[tuple(slice(c, n - 1 + c) for c, n in zip(corner, shape, strict=True))].astype(np.int8)
-        for corner in _CUBE
-    )
+    inside: np.ndarray = np.less(field, 0)
+    counts = np.zeros([size - 1 for size in field.shape], dtype=np.int8)
+    for x, y, z in _CUBE:
+        counts += inside[x : x + counts.shape[0], y : y + counts.shape[1], z : z + counts.shape[2]]
     cubes = np.argwhere((counts > 0) & (counts < 8))
     nodes = np.ravel_multi_index(tuple(np.moveaxis(cubes[:, None] + _CUBE[None], -1, 0)), field.shape)
     tetrahedra = nodes[:, _TETRAHEDRA].reshape(-1, 4)

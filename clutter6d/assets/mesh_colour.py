@@ -6,6 +6,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float, Int
 from PIL import Image
+from trimesh.visual import TextureVisuals
 
 MAX_COLOURS = 8
 GREY = (0.65, 0.65, 0.65, 1.0)
@@ -36,15 +37,19 @@ def face_colours(mesh: trimesh.Trimesh) -> Float[np.ndarray, "face 4"]:
 
 def _face_colours(mesh: trimesh.Trimesh) -> Float[np.ndarray, "face 4"]:
     visual = mesh.visual
-    if visual is not None and visual.kind in ("face", "vertex"):
-        return np.asarray(visual.face_colors, dtype=np.float64) / 255
-    if visual is None or visual.kind != "texture":
+    if isinstance(visual, TextureVisuals):
+        return _texture_colours(mesh, visual)
+    if visual is None or visual.kind not in ("face", "vertex"):
         return np.tile(GREY, (len(mesh.faces), 1))
+    return np.asarray(visual.face_colors, dtype=np.float64) / 255
+
+
+def _texture_colours(mesh: trimesh.Trimesh, visual: TextureVisuals) -> Float[np.ndarray, "face 4"]:
+    """Each face's colour in the texture at its centre; the material's colour where there is no texture."""
     material = visual.material
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
-    base = np.asarray(material.main_color, dtype=np.float64) / 255
     if image is None:
-        return np.tile(base, (len(mesh.faces), 1))
+        return np.tile(np.asarray(material.main_color, dtype=np.float64) / 255, (len(mesh.faces), 1))
     pixels = _small_pixels(image)
     if visual.uv is None or len(visual.uv) != len(mesh.vertices):
         return np.tile(pixels.reshape(-1, 4).mean(axis=0), (len(mesh.faces), 1))

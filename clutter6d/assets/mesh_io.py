@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import trimesh
 from jaxtyping import Float, Int
+from trimesh.resolvers import Resolver
 
 from clutter6d.assets.asset import Mesh, VisualMesh
 from clutter6d.assets.collada import count_collada_vertices
@@ -43,15 +44,15 @@ class MeshLimits:
     max_companion_bytes: int = 200_000_000
 
 
-class _Companions(trimesh.resolvers.Resolver):
+class _Companions(Resolver):
     """Materials, buffers and textures by file name alone: from memory, or from one folder and nowhere else."""
 
     def __init__(self, files: Mapping[str, bytes], folder: Path | None, limits: MeshLimits) -> None:
         self._files = {_base_name(name): content for name, content in files.items()}
         self._folder, self._bytes_left = folder, limits.max_companion_bytes
 
-    def get(self, name: str) -> bytes:
-        name = _base_name(name)
+    def get(self, key: str) -> bytes:
+        name = _base_name(key)
         if name not in self._files and self._folder is not None:
             path = next((file for file in self._folder.iterdir() if file.name.lower() == name and file.is_file()), None)
             if path is None:

@@ -14,6 +14,7 @@ from clutter6d.seeding import generator
 
 EXTENT_RANGE_M = (0.004, 2.0)
 LARGE_SHARE = 1 / 3
+_MAX_GROWTH = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -117,10 +118,17 @@ def _simplify(mesh: Mesh, share: float) -> Mesh:
     target = max(int(share * len(mesh.faces)), 32)
     vertices = np.array(mesh.vertices, dtype=np.float32, order="C")
     points, faces = fast_simplification.simplify(vertices, np.array(mesh.faces, order="C"), target_count=target)
-    if not len(faces) or not np.isfinite(points).all():
+    if not len(faces) or not _stays_within(points, vertices):
         return mesh
     used, renumbered = np.unique(faces, return_inverse=True)
     return _to_mesh(np.asarray(points)[used], renumbered.reshape(-1, 3))
+
+
+def _stays_within(points: Float[np.ndarray, "point 3"], vertices: Float[np.ndarray, "vertex 3"]) -> bool:
+    """Whether simplified points stay in the box of the original ones; on slivers the simplifier can throw one far."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    margin = _MAX_GROWTH * float((high - low).max())
+    return bool((points >= low - margin).all() and (points <= high + margin).all())
 
 
 def _to_mesh(vertices: np.ndarray, faces: np.ndarray) -> Mesh:

@@ -22,7 +22,8 @@ def derive(name: str, hints: AttributeHints | None = None, volume: float = 1e-3)
     ("rgba", "name"),
     [
         ((1, 0, 0), "red"), ((0, 0.6, 0.1), "green"), ((0.1, 0.2, 0.9), "blue"), ((0.95, 0.95, 0.95), "white"),
-        ((0.5, 0.5, 0.5), "grey"), ((0.05, 0.05, 0.05), "black"), ((0.45, 0.28, 0.12), "brown"), ((1, 0.9, 0.1), "yellow"),
+        ((0.5, 0.5, 0.5), "grey"), ((0.05, 0.05, 0.05), "black"), ((0.45, 0.28, 0.12), "brown"),
+        ((1, 0.9, 0.1), "yellow"),
     ],
 )  # fmt: skip
 def test_colours_have_names(rgba: tuple[float, float, float], name: str) -> None:

@@ -32,6 +32,7 @@ _LOADER_VERSION = "1"
 _SPDX = {"CC0": "CC0-1.0", "CC-BY-3.0-USA": "CC-BY-3.0-US"}
 _ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError)
 """What reading a damaged zip raises; the last two for unknown methods and for passwords."""
+_COPYRIGHT_FIELD = re.compile(r"^(Files|Copyright|License):[ \t]*(.*)$", flags=re.MULTILINE)
 _ENTRY = re.compile(r"^([A-Za-z]+)#(\d+)\s*=\s*(.*)$")
 
 
@@ -183,7 +184,7 @@ def _read_licences(folder: Path) -> dict[str, tuple[str, str]]:
         return {}
     result: dict[str, tuple[str, str]] = {}
     for paragraph in path.read_text(encoding="utf-8", errors="replace").split("\n\n"):
-        fields = dict(re.findall(r"^(Files|Copyright|License):[ \t]*(.*)$", paragraph, flags=re.MULTILINE))
+        fields: dict[str, str] = dict(_COPYRIGHT_FIELD.findall(paragraph))
         if "Files" in fields and "License" in fields:
             licence = fields["License"].strip()
             result[fields["Files"].split("/")[0].strip()] = (_SPDX.get(licence, licence), fields.get("Copyright", ""))
