@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int
 
 from clutter6d.envs.action import ActionConfig, joint_targets
-from clutter6d.envs.termination import TerminationConfig, goal_errors, is_at_goal
+from clutter6d.envs.termination import TerminationConfig, goal_errors, is_at_goal, is_dropped
 from clutter6d.scene import GoalPair
 from clutter6d.sim.batch import SceneBatch
 from clutter6d.sim.robot import hand_pose
@@ -82,6 +82,11 @@ class RolloutSimulator:
         self._batch.states[0] = state
         return float(goal_cost(self._batch.object_poses[:1, 0], self.goal, rotation_weight, self._config.cost)[0])
 
+    def is_dropped(self, state: Float64[np.ndarray, "state"]) -> bool:
+        """Whether an object has fallen off the table in a state."""
+        self._batch.states[0] = state
+        return bool(is_dropped(self._batch.object_poses[:1], self._termination)[0])
+
     def run(
         self,
         state: Float64[np.ndarray, "state"],
@@ -101,7 +106,7 @@ class RolloutSimulator:
         actions = np.zeros((samples, horizon, 7), dtype=np.float32)
         actions[:first_push] = plans
         states = np.empty((horizon, samples, len(state)))
-        cost, success_step = np.zeros(samples), np.full(samples, horizon)
+        cost, success_step, dropped = np.zeros(samples), np.full(samples, horizon), np.zeros(samples, dtype=bool)
         scale = self._action_config.action_scale_rad
         self.set_state(state)
         for step in range(horizon):
@@ -114,7 +119,8 @@ class RolloutSimulator:
             states[step] = self._batch.states
             weight = self._config.cost.final_weight if step == horizon - 1 else 1.0
             cost += weight * self._step_cost(rotation_weight)
-            success_step[self._has_succeeded() & (success_step == horizon)] = step
+            success_step[self._has_succeeded() & (success_step == horizon) & ~dropped] = step
+            dropped |= is_dropped(self._batch.object_poses, self._termination)
         cost /= horizon - 1 + self._config.cost.final_weight
         return Rollouts(actions=actions, states=states, cost=cost, success_step=success_step)
 

@@ -6,7 +6,7 @@ and another one starts from the same state with other random numbers.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float32, Float64
@@ -52,30 +52,20 @@ def search(
         simulator: Copies of the scene.
         state: Where to start.
         max_steps: Control steps left in the episode.
-        max_rounds: Rounds that may still be spent.
+        max_rounds: Rounds that may still be spent; at least one.
         config: Settings.
         make_rng: The generator of each attempt.
     """
-    spent, best = 0, None
+    plans: list[Plan] = []
     for attempt in range(config.attempts):
+        left = max_rounds - sum(plan.rounds for plan in plans)
+        if left <= 0 or (plans and plans[-1].is_success):
+            break
         weights = config.rotation_weights_per_rad
         weight = weights[attempt % len(weights)]
-        rng, left = make_rng(attempt), max_rounds - spent
-        plan = _attempt(simulator, state, max_steps, left, weight, config, rng)
-        spent += plan.rounds
-        if best is None or plan.is_success or plan.goal_cost < best.goal_cost:
-            best = plan
-        if plan.is_success or spent >= max_rounds:
-            break
-    if best is None:
-        raise RuntimeError("unreachable: the settings ask for one attempt or more")
-    return _with_rounds(best, spent)
-
-
-def _with_rounds(plan: Plan, rounds: int) -> Plan:
-    return Plan(
-        actions=plan.actions, states=plan.states, is_success=plan.is_success, goal_cost=plan.goal_cost, rounds=rounds
-    )
+        plans.append(_attempt(simulator, state, max_steps, left, weight, config, make_rng(attempt)))
+    best = min(plans, key=lambda plan: (not plan.is_success, plan.goal_cost))
+    return replace(best, rounds=sum(plan.rounds for plan in plans))
 
 
 def _attempt(
@@ -87,7 +77,7 @@ def _attempt(
     config: PlannerConfig,
     rng: np.random.Generator,
 ) -> Plan:
-    """Receding-horizon control until the goal, until it no longer improves, or until steps or rounds are spent.
+    """Receding-horizon control until the goal, a drop, no more improvement, or until steps or rounds are spent.
 
     A failed attempt ends where it was nearest to the goal, measured with the first rotation weight.
     """
@@ -107,6 +97,8 @@ def _attempt(
         if is_success:
             return _finish(simulator, actions, states, steps, rounds, config, is_success=True)
         plan = _shift(rollouts.actions[best], count)
+        if simulator.is_dropped(states[-1][-1]):
+            break
         cost = simulator.goal_cost(states[-1][-1], rotation_weight)
         if cost < best_cost - config.improvement:
             best_cost, best_steps = cost, steps

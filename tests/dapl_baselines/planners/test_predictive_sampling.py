@@ -6,8 +6,11 @@ import pytest
 from clutter6d.envs.vector_env import ClutterVectorEnv
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
+from clutter6d.seeding import generator
 from dapl_baselines.planners.config import PlannerConfig
 from dapl_baselines.planners.predictive_sampling import PredictiveSamplingPolicy, is_on_course
+from dapl_baselines.planners.pushes import draw_pushes
+from dapl_baselines.planners.rollouts import RolloutSimulator
 from tests.scene_fixtures import make_box_scene
 
 TINY = PlannerConfig(samples=12, horizon_steps=6, commit_steps=3, attempts=1, max_rounds=2, improvement=-10.0)
@@ -111,3 +114,20 @@ def test_an_input_without_states_is_refused():
 def test_settings_with_which_nothing_can_run_are_refused(settings):
     with pytest.raises(InvalidValueError):
         PlannerConfig(**settings)
+
+
+def test_rollouts_know_a_goal_reached_and_an_object_fallen():
+    scene, model = make_box_scene(0)
+    simulator = RolloutSimulator(model, scene.goal_pairs[0], TINY, threads=1)
+    env = _start([_episode()])
+    env.batch.object_poses[0, 0] = simulator.goal
+    at_goal = env.batch.states[0].copy()
+    env.batch.object_poses[0, 1, :3] = (0.9, 0.0, -0.2)
+    fallen = env.batch.states[0].copy()
+    still = np.zeros((TINY.samples - TINY.pushes, TINY.horizon_steps, 7))
+    pushes = draw_pushes(
+        simulator.contacts, scene.goal_pairs[0].initial.as_row(), simulator.goal, TINY.pushes, TINY.push, generator(0)
+    )
+    assert simulator.is_dropped(fallen)
+    assert not simulator.is_dropped(at_goal)
+    assert simulator.run(at_goal, still, pushes, 0.8).success_step[0] == 0
