@@ -213,31 +213,9 @@ class AssetLibrary:
 
     def index(self) -> "pd.DataFrame":
         """One row per asset: name, hash, category, size, mass, parts, licence and origin."""
-        import pandas as pd
+        from clutter6d.assets.library_index import make_index
 
-        columns = ("name", "content_hash", "category", "colour", "material", "friction", "size_class")
-        rows: list[dict[str, Any]] = []
-        for name in self.names():
-            file = self.describe(name)
-            said = {**file.attributes.model_dump(), **file.model_dump(include={"name", "content_hash", "size_class"})}
-            rows.append(
-                {column: said[column] for column in columns}
-                | {
-                    "longest_extent_m": max(file.extents_m),
-                    "mass_kg": file.mass_kg,
-                    "parts": file.quality.parts,
-                    "stable_orientations": file.quality.stable_verified,
-                    "volume_ratio": file.quality.volume_ratio,
-                    "hausdorff_m": file.quality.hausdorff_m,
-                    "fallbacks": len(file.quality.fallbacks),
-                    "seconds": sum(file.quality.seconds.values()),
-                    "licence": file.licence.name,
-                    "author": file.licence.author,
-                    "source": file.licence.source,
-                    "source_id": file.licence.source_id,
-                }
-            )
-        return pd.DataFrame(rows)
+        return make_index(self.describe(name) for name in self.names())
 
     def _record_path(self, fingerprint: str) -> Path:
         return self.path / "records" / f"{fingerprint}.json"

@@ -1,14 +1,20 @@
-"""Asset libraries by name: ``procedural`` stands for a library of built-in objects, made once in the user's cache."""
+"""Asset libraries by name: ``procedural`` stands for a library of built-in objects, made once in the user's cache.
 
+Its folder is named after what its objects are made from, so another version of this package makes another one.
+"""
+
+import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
 
+from clutter6d import __version__
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.processing import ProcessingSettings
-from clutter6d.assets.run import RunSettings, run, settings_as_stored
+from clutter6d.assets.run import RunSettings, fingerprint_of, run, settings_as_stored
 from clutter6d.assets.sources.procedural import ProceduralSource
 from clutter6d.errors import UnknownNameError
+from clutter6d.schema import canonical_json
 
 DEFAULT_LIBRARY = "procedural"
 DEFAULT_OBJECTS = 96
@@ -46,7 +52,9 @@ def open_library(
 def _make_default_library(workers: int, on_progress: Callable[[int, int], None]) -> AssetLibrary:
     settings, source = ProcessingSettings(), ProceduralSource()
     items = source.objects()[:DEFAULT_OBJECTS]
-    library = AssetLibrary.create(cache_folder() / f"{DEFAULT_LIBRARY}-{DEFAULT_OBJECTS}", settings_as_stored(settings))
+    content = [[fingerprint_of(source, item, settings) for item in items], __version__]
+    version = hashlib.sha256(canonical_json(content)).hexdigest()[:8]
+    library = AssetLibrary.create(cache_folder() / f"{DEFAULT_LIBRARY}-{version}", settings_as_stored(settings))
     for done, _ in enumerate(run(source, items, library, settings, RunSettings(workers=workers)), start=1):
         on_progress(done, len(items))
     return library
