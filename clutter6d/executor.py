@@ -8,12 +8,13 @@ process.
 import logging
 import os
 import resource
+import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, Literal, TypeVar
 
@@ -146,7 +147,7 @@ class _Worker:
         context = get_context("spawn")
         self.connection, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, self._limits.memory_bytes), daemon=True)
-        with _single_threaded():
+        with _single_threaded(), _deaf_to_interrupts():
             self._process.start()
         theirs.close()
         self._is_new = True
@@ -233,13 +234,10 @@ def _serve(connection: Connection, memory_bytes: int | None) -> None:
     if memory_bytes is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
     function = connection.recv()
-    connection.send(("ready",))
-    while True:
-        try:
-            item = connection.recv()
-        except (EOFError, OSError):
-            return
-        connection.send(("done", *_attempt(function, item)))
+    with suppress(EOFError, OSError):  # the parent is gone
+        connection.send(("ready",))
+        while True:
+            connection.send(("done", *_attempt(function, connection.recv())))
 
 
 def _attempt(function: Callable[[Item], Result], item: Item) -> tuple[Result | None, TaskFailure | None]:
@@ -255,6 +253,17 @@ def _attempt(function: Callable[[Item], Result], item: Item) -> tuple[Result | N
         return None, TaskFailure(
             kind="error", stage="", detail=f"{type(error).__name__}: {error}".splitlines()[0][:300]
         )
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Children inherit this mask: Ctrl-C reaches the parent alone, which stops them."""
+    resource_tracker.ensure_running()  # or the first start would do it, and lift the mask
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
