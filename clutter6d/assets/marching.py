@@ -37,12 +37,13 @@ def march_tetrahedra(
     Returns:
         Vertices in grid coordinates, and triangles.
     """
-    inside: np.ndarray = np.less(field, 0)
-    counts = np.zeros([size - 1 for size in field.shape], dtype=np.int8)
-    for x, y, z in _CUBE:
-        counts += inside[x : x + counts.shape[0], y : y + counts.shape[1], z : z + counts.shape[2]]
+    inside = field < 0
+    x, y, z = (size - 1 for size in field.shape)
+    counts = np.zeros((x, y, z), dtype=np.int8)
+    for i, j, k in _CUBE.tolist():
+        counts += inside[i : i + x, j : j + y, k : k + z].astype(np.int8)
     cubes = np.argwhere((counts > 0) & (counts < 8))
-    nodes = np.ravel_multi_index(tuple(np.moveaxis(cubes[:, None] + _CUBE[None], -1, 0)), field.shape)
+    nodes = np.asarray(np.ravel_multi_index(tuple(np.moveaxis(cubes[:, None] + _CUBE[None], -1, 0)), field.shape))
     tetrahedra = nodes[:, _TETRAHEDRA].reshape(-1, 4)
     ends = _crossed_edges(tetrahedra, inside.ravel()[tetrahedra])
     keys = np.sort(ends, axis=2) @ np.array([field.size, 1])

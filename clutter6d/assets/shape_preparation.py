@@ -14,7 +14,7 @@ from clutter6d.seeding import generator
 
 EXTENT_RANGE_M = (0.004, 2.0)
 LARGE_SHARE = 1 / 3
-_MAX_GROWTH = 0.01
+_MAX_BOX_CHANGE = 0.005
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -113,22 +113,24 @@ def _clean(mesh: Mesh) -> Mesh:
 
 
 def _simplify(mesh: Mesh, share: float) -> Mesh:
-    if share >= 1 or len(mesh.faces) < 64:
-        return mesh
-    target = max(int(share * len(mesh.faces)), 32)
+    """The mesh with a share of its faces; with more, or all, where fewer would change its size."""
     vertices = np.array(mesh.vertices, dtype=np.float32, order="C")
-    points, faces = fast_simplification.simplify(vertices, np.array(mesh.faces, order="C"), target_count=target)
-    if not len(faces) or not _stays_within(points, vertices):
-        return mesh
-    used, renumbered = np.unique(faces, return_inverse=True)
-    return _to_mesh(np.asarray(points)[used], renumbered.reshape(-1, 3))
+    for factor in (1, 2, 4):
+        if factor * share >= 1 or len(mesh.faces) < 64:
+            return mesh
+        target = max(int(factor * share * len(mesh.faces)), 32)
+        points, faces = fast_simplification.simplify(vertices, np.array(mesh.faces, order="C"), target_count=target)
+        used, renumbered = np.unique(faces, return_inverse=True)
+        if len(used) and _has_same_box(points[used], vertices):
+            return _to_mesh(np.asarray(points)[used], renumbered.reshape(-1, 3))
+    return mesh
 
 
-def _stays_within(points: Float[np.ndarray, "point 3"], vertices: Float[np.ndarray, "vertex 3"]) -> bool:
-    """Whether simplified points stay in the box of the original ones; on slivers the simplifier can throw one far."""
+def _has_same_box(points: Float[np.ndarray, "point 3"], vertices: Float[np.ndarray, "vertex 3"]) -> bool:
+    """Whether simplified points span the box of the original ones; on slivers the simplifier can throw one far."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    margin = _MAX_GROWTH * float((high - low).max())
-    return bool((points >= low - margin).all() and (points <= high + margin).all())
+    change = np.abs(np.concatenate([points.min(axis=0) - low, points.max(axis=0) - high]))
+    return bool((change <= _MAX_BOX_CHANGE * float((high - low).max())).all())
 
 
 def _to_mesh(vertices: np.ndarray, faces: np.ndarray) -> Mesh:
