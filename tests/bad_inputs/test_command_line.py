@@ -42,7 +42,18 @@ def evaluate_into_a_file(work: Workspace) -> Sequence[str]:
 
 
 def render_into_a_file(work: Workspace) -> Sequence[str]:
-    return ["render", str(work.scenes), "--out", out_is_a_file(work), "--backend", "raycast", "--limit", "1"]
+    return [
+        "render",
+        str(work.scenes),
+        "--out",
+        out_is_a_file(work),
+        "--backend",
+        "raycast",
+        "--width",
+        "64",
+        "--height",
+        "48",
+    ]
 
 
 def continue_a_later_schema(work: Workspace) -> Sequence[str]:

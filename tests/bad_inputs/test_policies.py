@@ -45,7 +45,7 @@ POLICIES = [
         "module-needs-a-package", "tests.bad_inputs.needs_a_package:make", "needs the package 'package_that_nobody_has'"
     ),
     policy_case("factory-raises", f"{MODULE}:raises", "raises", "RuntimeError: the teacher's weights are gone"),
-    policy_case("factory-takes-nothing", f"{MODULE}:takes_nothing", "takes_nothing", "PolicyOptions"),
+    policy_case("factory-takes-nothing", f"{MODULE}:takes_nothing", "takes_nothing", "factory", "TypeError"),
     policy_case("policy-is-a-number", f"{MODULE}:is_three", "is a int without 'name'"),
     policy_case("policy-is-a-class", f"{MODULE}:is_a_class", "is_a_class", "class"),
     policy_case("policy-without-a-name", f"{MODULE}:is_nameless", "is_nameless", "'name'", "NoneType"),
