@@ -41,7 +41,7 @@ def process(
     memory_gb: Annotated[float, typer.Option(min=1, help="Memory an object may take.")] = 4.0,
 ) -> None:
     """Turn the meshes of a source into assets; whatever cannot become one is reported with its reason."""
-    console = Console()
+    console = Console(markup=False, emoji=False)
     given = {"seed": seed, "unit": unit, "up": up, "licence": licence, "author": author}
     chosen = _find_source(source, limit, max_size_cm, max_vertices, {k: v for k, v in given.items() if v is not None})
     decomposition = DecompositionSettings(max_parts=max_parts, max_part_vertices=max_part_vertices)
@@ -49,7 +49,7 @@ def process(
     items = chosen.objects()[:limit]
     library = AssetLibrary.create(out, settings_as_stored(settings))
     run_settings = RunSettings(workers=workers, seconds=seconds, memory_bytes=int(memory_gb * 2**30))
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     records = []
     with Progress(*columns, console=console) as progress:
         bar = progress.add_task(f"{chosen.name} objects", total=len(items))
@@ -63,13 +63,13 @@ def process(
 @app.command("list")
 def list_assets(library: Library) -> None:
     """List the assets of a library."""
-    Console().print(index_table(AssetLibrary.open(library)))
+    Console(markup=False, emoji=False).print(index_table(AssetLibrary.open(library)))
 
 
 @app.command()
 def show(name: Annotated[str, typer.Argument(help="Name or hash of an asset.")], library: Library) -> None:
     """Show what is known of one asset."""
-    Console().print(asset_table(AssetLibrary.open(library).load(name)))
+    Console(markup=False, emoji=False).print(asset_table(AssetLibrary.open(library).load(name)))
 
 
 @app.command()
@@ -77,7 +77,7 @@ def verify(library: Library) -> None:
     """Read everything again and compare it with its hash."""
     opened = AssetLibrary.open(library)
     problems = opened.verify()
-    console = Console()
+    console = Console(markup=False, emoji=False)
     for problem in problems:
         console.print(problem, markup=False, highlight=False, soft_wrap=True)
     if problems:

@@ -54,7 +54,7 @@ def evaluate(
     config = EvaluationConfig(pairs=pairs, seed=seed, max_steps=max_steps)
     evaluation = Evaluation(scene_set, loaded, out, config)
     write_model(out / SCENES_FILE, ScenesLocation(scenes=str(scenes.resolve())))
-    console = Console()
+    console = Console(markup=False, emoji=False)
     with _progress(console) as progress:
         at_once = num_envs or (1 if loaded.is_privileged else PARALLEL_EPISODES)
         _run_policy(evaluation, progress, loaded.name, num_envs=at_once, threads=threads)
@@ -75,7 +75,7 @@ def replay(
     if not folder.is_dir():
         raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
     found = scenes or Path(read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes)
-    check, console = Replay(folder, _open(found)), Console()
+    check, console = Replay(folder, _open(found)), Console(markup=False, emoji=False)
     differing = 0
     with _progress(console) as progress:
         bar = progress.add_task("replaying", total=2 * len(check.keys))
@@ -115,7 +115,7 @@ def _describe(name: str, successes: int, done: int) -> str:
 
 
 def _progress(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     return Progress(*columns, console=console)
 
 

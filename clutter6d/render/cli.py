@@ -50,7 +50,7 @@ def render(
 
     Videos of episodes run at twice real time.
     """
-    console, folder = Console(), out or path / "pictures"
+    console, folder = Console(markup=False, emoji=False), out or path / "pictures"
     task = _Task(folder=folder, width=width, height=height, backend=backend, console=console)
     if (path / REPORT_FILE).is_file():
         shown = _draw_episodes(path, scenes, limit, task)

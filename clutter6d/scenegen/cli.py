@@ -31,10 +31,10 @@ def generate(
     export: Annotated[str, typer.Option(help="Formats to export to, separated by commas: mjcf.")] = "",
 ) -> None:
     """Generate certified scenes with 16 goal pairs each."""
-    console = Console()
+    console = Console(markup=False, emoji=False)
     formats = _parse_formats(export)
     chosen, indices = find_track(track), range(first, first + scenes)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
         assets = _open_library(library, workers, progress)
         scene_set = open_for_generation(assets, chosen, seed, out)

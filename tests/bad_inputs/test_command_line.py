@@ -5,7 +5,9 @@ from collections.abc import Sequence
 
 import pytest
 
+from tests.bad_inputs.boxes import gltf, obj
 from tests.bad_inputs.harness import Case, Workspace, check_refusal, fingerprint, run_command
+from tests.scene_fixtures import write_box_scene_set
 
 
 def generate(work: Workspace, **changed: str) -> list[str]:
@@ -182,3 +184,26 @@ def test_a_wrong_command_is_refused_and_touches_nothing(case: Case, workspace: W
     before = fingerprint(workspace.path)
     check_refusal(run_command(arguments), case.code, case.says)
     assert fingerprint(workspace.path) == before
+
+
+def test_names_that_look_like_markup_are_shown_as_they_are(tmp_path) -> None:
+    odd = tmp_path / "scenes [draft" / "b] :mug:"
+    scenes, out = write_box_scene_set(odd / "scenes").path, odd / "out"
+    (odd / "meshes").mkdir()
+    (odd / "meshes" / "[red]box.obj").write_bytes(obj())
+    (odd / "meshes" / "bad.gltf").write_bytes(gltf("[/red].bin"))
+    library = ["--library", str(odd / "library")]
+    for command in (
+        ["assets", "process", str(odd / "meshes"), *library, "--author", "[/me]", "--licence", "[/cc] :mug:"],
+        ["assets", "list", *library],
+        ["assets", "show", "red-box", *library],
+        ["assets", "verify", *library],
+        ["evaluate", "--policy", "zero", "--scenes", str(scenes), "--out", str(out), "--max-steps", "2"],
+        ["replay", str(out)],
+        ["render", str(scenes), "--backend", "raycast", "--width", "64", "--height", "48"],
+    ):
+        outcome = run_command(command)
+        assert (outcome.code, outcome.err) == (0, ""), command
+        if command[1] == "show":
+            assert "[/me]" in outcome.out
+            assert "[/cc] :mug:" in outcome.out
