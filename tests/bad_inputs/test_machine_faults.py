@@ -170,10 +170,20 @@ def test_a_file_that_the_kernel_refuses_is_one_line(command, workspace) -> None:
     assert before.items() <= fingerprint(workspace.path).items()
 
 
+def hear_interrupts() -> None:
+    """In a child, before it starts: jobs in the background of a shell are started deaf."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start(arguments: Sequence[str]) -> subprocess.Popen[str]:
     """The command in a process group of its own, as a terminal would start it."""
     return subprocess.Popen(
-        [*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [*COMMAND, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=hear_interrupts,
     )
 
 
