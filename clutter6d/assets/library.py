@@ -24,6 +24,7 @@ from clutter6d.schema import FileModel, read_model, write_model
 if TYPE_CHECKING:
     import pandas as pd
 
+LIBRARY_FILE = "library.json"
 _HASH_CHARS = 12
 
 
@@ -88,11 +89,11 @@ class AssetLibrary:
             InvalidFileError: Its ``library.json`` is damaged.
         """
         path = Path(path)
-        if not (path / "library.json").is_file():
+        if not (path / LIBRARY_FILE).is_file():
             raise MissingFileError(
                 "asset library", path, "make one with: clutter6d assets process SOURCE --out LIBRARY"
             )
-        return cls(path, read_model(path / "library.json", LibraryFile, what="asset library").settings)
+        return cls(path, read_model(path / LIBRARY_FILE, LibraryFile, what="asset library").settings)
 
     @classmethod
     def create(cls, path: Path | str, settings: Mapping[str, Any] | None = None) -> "AssetLibrary":
@@ -103,7 +104,7 @@ class AssetLibrary:
             StorageError: The folder cannot be written.
         """
         path, wanted = Path(path), dict(settings or {})
-        if (path / "library.json").exists():
+        if (path / LIBRARY_FILE).exists():
             library = cls.open(path)
             differing = [key for key in {*wanted, *library.settings} if wanted.get(key) != library.settings.get(key)]
             if settings is not None and differing:
@@ -112,7 +113,7 @@ class AssetLibrary:
             return library
         if path.is_dir() and any(path.iterdir()):
             raise InvalidValueError(f"{path} is neither empty nor an asset library; choose another --out")
-        write_model(path / "library.json", LibraryFile(settings=wanted))
+        write_model(path / LIBRARY_FILE, LibraryFile(settings=wanted))
         return cls(path, wanted)
 
     def names(self) -> tuple[str, ...]:

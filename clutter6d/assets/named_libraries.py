@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from clutter6d import __version__
-from clutter6d.assets.library import AssetLibrary
+from clutter6d.assets.library import LIBRARY_FILE, AssetLibrary
 from clutter6d.assets.processing import ProcessingSettings
 from clutter6d.assets.run import RunSettings, fingerprint_of, run, settings_as_stored
 from clutter6d.assets.sources.procedural import ProceduralSource
@@ -42,7 +42,7 @@ def open_library(
         UnknownNameError: Neither a library's folder nor its name.
         StorageError: The cache cannot be written.
     """
-    if (Path(name_or_folder) / "library.json").is_file():
+    if (Path(name_or_folder) / LIBRARY_FILE).is_file():
         return AssetLibrary.open(name_or_folder)
     if name_or_folder != DEFAULT_LIBRARY:
         raise UnknownNameError("asset library (and no folder of one)", name_or_folder, [DEFAULT_LIBRARY])

@@ -10,11 +10,13 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
+from clutter6d.assets.library import LIBRARY_FILE, AssetLibrary
 from clutter6d.errors import InvalidValueError, MissingFileError
 from clutter6d.eval.cli import SCENES_FILE, ScenesLocation
 from clutter6d.eval.evaluator import REPORT_FILE
 from clutter6d.eval.motion import replay_motions
 from clutter6d.eval.runner import EpisodeScenes
+from clutter6d.render.asset_picture import render_assets
 from clutter6d.render.camera import EPISODE_VIEW
 from clutter6d.render.picture import Image, render_rollout
 from clutter6d.render.scene_picture import picture_model, render_scene, render_turn
@@ -27,11 +29,12 @@ from clutter6d.schema import read_model
 
 VIDEO_FPS = 20
 SHEET_COLUMNS = 4
+ASSET_COLUMNS = 12
 SHEET_CELL_PX = 480
 SHEET_FILE = "contact_sheet.png"
 DEFAULT_SIZE_PX = (960, 720)
 
-PathArgument = Annotated[Path, typer.Argument(help="A folder of generated scenes, of one scene, or of an evaluation.")]
+PathArgument = Annotated[Path, typer.Argument(help="A folder of scenes, of one scene, of an evaluation, or of assets.")]
 PairOption = Annotated[int, typer.Option(min=0, help="Goal pair to show; its goal is the green ghost.")]
 
 
@@ -42,16 +45,19 @@ def render(
     backend: Annotated[str, typer.Option(help="auto, egl, osmesa or raycast (needs no OpenGL).")] = "auto",
     width: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = DEFAULT_SIZE_PX[0],
     height: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = DEFAULT_SIZE_PX[1],
-    limit: Annotated[int, typer.Option(min=1, help="Draw at most so many scenes or episodes.")] = 64,
+    limit: Annotated[int, typer.Option(min=1, help="Draw at most so many scenes, episodes or assets.")] = 64,
     video: Annotated[bool, typer.Option(help="Also make a video of each scene, the camera swinging.")] = False,
     scenes: Annotated[Path | None, typer.Option(help="Scenes of an evaluation, if they are elsewhere now.")] = None,
 ) -> None:
-    """Draw two stills of each scene and a contact sheet of all; or a video of each episode of an evaluation.
+    """Draw two stills of each scene and a contact sheet; or a video of each episode; or a sheet of all assets.
 
     Videos of episodes run at twice real time.
     """
     console, folder = Console(markup=False, emoji=False), out or path / "pictures"
     task = _Task(folder=folder, width=width, height=height, backend=backend, console=console)
+    if (path / LIBRARY_FILE).is_file():
+        _draw_library(AssetLibrary.open(path), limit, task)
+        return
     if (path / REPORT_FILE).is_file():
         shown = _draw_episodes(path, scenes, limit, task)
         console.print(f"drew {len(shown)} episodes to {folder}, their ends together in {folder / SHEET_FILE}")
@@ -80,6 +86,16 @@ class _Task:
     height: int
     backend: str
     console: Console
+
+
+def _draw_library(library: AssetLibrary, limit: int, task: _Task) -> None:
+    """Write one sheet of a library's assets, each in its most probable resting orientation."""
+    names = library.names()[:limit]
+    shown = track(names, description="drawing assets", console=task.console, transient=True)
+    sheet = render_assets((library.load(name) for name in shown), columns=ASSET_COLUMNS, backend=task.backend)
+    write_image(task.folder / SHEET_FILE, sheet)
+    left_out = f" (of {len(library.names())}; --limit allows more)" if len(library.names()) > len(names) else ""
+    task.console.print(f"drew {len(names)} assets{left_out} to {task.folder / SHEET_FILE}")
 
 
 def _draw_scenes(

@@ -71,6 +71,8 @@ def _parse_formats(export: str) -> list[str]:
 def _print_summary(scene_set: SceneSet, console: Console) -> None:
     certificates, clutter = scene_set.certificates(), measure_clutter(scene_set)
     table = Table(title=f"{clutter.scenes} scenes in {scene_set.path}", show_header=False)
+    table.add_column()
+    table.add_column(overflow="fold")
     table.add_row("goal pairs", f"{clutter.pairs:,}")
     table.add_row("goals with a blocked straight path", f"{clutter.blocked_share:.0%}")
     table.add_row("goals on another resting face", f"{clutter.face_change_share:.0%}")
