@@ -33,14 +33,15 @@ demo: $(VENV)/.installed-core
 	@echo "make: 1/5 processing objects of the built-in procedural source"
 	@$(CLUTTER6D) assets process procedural --limit 48 --workers $(WORKERS) --out $(DEMO)/library
 	@echo "make: 2/5 generating certified scenes of the moderate track"
-	@$(CLUTTER6D) generate --track moderate --scenes 2 --seed 0 --workers $(WORKERS) --library $(DEMO)/library --out $(DEMO)/scenes
+	@$(CLUTTER6D) generate --track moderate --scenes 4 --seed 0 --workers $(WORKERS) --library $(DEMO)/library --out $(DEMO)/scenes
 	@echo "make: 3/5 evaluating the planner on them"
 	@$(CLUTTER6D) evaluate --policy planner --scenes $(DEMO)/scenes --pairs 1 --out $(DEMO)/evaluation
 	@echo "make: 4/5 replaying what was recorded"
 	@$(CLUTTER6D) replay $(DEMO)/evaluation
-	@echo "make: 5/5 rendering the scenes"
+	@echo "make: 5/5 drawing the scenes, and a video of each episode"
 	@$(CLUTTER6D) render $(DEMO)/scenes --out $(DEMO)/pictures
-	@echo "make: done; the table is $(DEMO)/evaluation/report.md, the pictures are in $(DEMO)/pictures"
+	@$(CLUTTER6D) render $(DEMO)/evaluation --out $(DEMO)/videos --width 640 --height 480
+	@echo "make: done; the table is $(DEMO)/evaluation/report.md, pictures are in $(DEMO)/pictures, videos in $(DEMO)/videos"
 
 test: $(VENV)/.installed-dev
 	@echo "make: running the tests on $(TEST_WORKERS) processes"

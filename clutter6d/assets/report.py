@@ -20,11 +20,10 @@ def summary_tables(library: AssetLibrary, records: Sequence[ProcessingRecord]) -
     share = len(accepted) / max(len(records), 1)
     files = [library.describe(record.asset_name) for record in accepted]
     title = f"{len(accepted)} of {len(records)} objects became assets ({share:.0%}) in {library.path}"
-    return (
-        _measures_table(title, files),
-        _count_table("Fallbacks", Counter(item for record in records for item in record.fallbacks)),
-        _rejections_table(rejected),
-    )
+    fallbacks = Counter(item for record in records for item in record.fallbacks)
+    counts = (_count_table("Fallbacks", fallbacks),) if fallbacks else ()
+    rejections = (_rejections_table(rejected),) if rejected else ()
+    return (_measures_table(title, files), *counts, *rejections)
 
 
 def index_table(library: AssetLibrary) -> Table:

@@ -6,7 +6,7 @@ from typing import Annotated, cast
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from clutter6d.envs.termination import MAX_CONTROL_STEPS
 from clutter6d.errors import MissingFileError
@@ -120,7 +120,7 @@ def _progress(console: Console) -> Progress:
 
 
 def _print_report(report: Report, out: Path, console: Console) -> None:
-    table = Table(show_header=False, title=f"{report.policy} ({report.label})")
+    table = Table("", Column(overflow="fold"), show_header=False, title=f"{report.policy} ({report.label})")
     for name, value in to_table(report):
         table.add_row(name, value)
     console.print(table)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
@@ -70,9 +70,8 @@ def _parse_formats(export: str) -> list[str]:
 
 def _print_summary(scene_set: SceneSet, console: Console) -> None:
     certificates, clutter = scene_set.certificates(), measure_clutter(scene_set)
-    table = Table(title=f"{clutter.scenes} scenes in {scene_set.path}", show_header=False)
-    table.add_column()
-    table.add_column(overflow="fold")
+    title = f"{clutter.scenes} scenes in {scene_set.path}"
+    table = Table("", Column(overflow="fold"), show_header=False, title=title)
     table.add_row("goal pairs", f"{clutter.pairs:,}")
     table.add_row("goals with a blocked straight path", f"{clutter.blocked_share:.0%}")
     table.add_row("goals on another resting face", f"{clutter.face_change_share:.0%}")
