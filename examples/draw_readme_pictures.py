@@ -2,8 +2,8 @@
 
     python examples/draw_readme_pictures.py docs/images
 
-Generates one dense, one moderate and one sparse scene of built-in objects, lets the planner solve a pair of the moderate
-one, and draws them all.
+Generates one scene of each track from built-in objects, lets the planner solve a pair of the moderate one, and draws
+them all.
 """
 
 import sys
