@@ -61,7 +61,7 @@ class _Companions(Resolver):
             if self._bytes_left < 0:
                 raise MeshRejectedError("too-large", "its materials and textures are larger than is read")
             self._files[name] = path.read_bytes()
-        return self._files[name]
+        return _as_utf8(self._files[name]) if name.endswith(".mtl") else self._files[name]
 
     def keys(self) -> Any:
         return self._files.keys()
@@ -146,6 +146,15 @@ def group_by_colour(
     return tuple(result)
 
 
+def _as_utf8(text: bytes) -> bytes:
+    """Text in UTF-8 as it is, other text as if it were Latin-1; trimesh's guess depends on what else is installed."""
+    try:
+        text.decode()
+    except UnicodeDecodeError:
+        return text.decode("latin-1").encode()
+    return text
+
+
 def _parse(
     content: bytes, file_type: str, companions: _Companions, limits: MeshLimits
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -155,7 +164,8 @@ def _parse(
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(io.BytesIO(content), file_type=file_type, resolver=companions, process=False)
+            source = io.BytesIO(_as_utf8(content) if file_type == "obj" else content)
+            scene = trimesh.load_scene(source, file_type=file_type, resolver=companions, process=False)
             placed = [(scene.graph.get(node)) for node in scene.graph.nodes_geometry]
             meshes = [(scene.geometry[name], matrix) for matrix, name in placed if name is not None]
             meshes = [(mesh, matrix) for mesh, matrix in meshes if isinstance(mesh, trimesh.Trimesh)]

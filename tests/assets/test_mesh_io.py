@@ -131,3 +131,10 @@ def test_a_material_outside_the_folder_is_not_read(tmp_path: Path) -> None:
 def test_a_missing_file_is_the_users_mistake(tmp_path: Path) -> None:
     with pytest.raises(MissingFileError):
         read_mesh_file(tmp_path / "none.obj")
+
+
+def test_text_that_is_not_utf8_is_read_as_latin1() -> None:
+    material = "newmtl grün\nKd 0 1 0\n".encode("latin-1")
+    text = "# Möbel\nmtllib a.mtl\nusemtl grün\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".encode("latin-1")
+    shape = read_mesh(text, "obj", companions={"a.mtl": material})
+    assert shape.visual[0].rgba[:3] == pytest.approx((0, 1, 0), abs=0.01)
