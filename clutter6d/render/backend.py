@@ -10,13 +10,15 @@ import sys
 from functools import cache
 from typing import Literal, cast, get_args
 
-from clutter6d.errors import MissingDependencyError, UnknownNameError
+from clutter6d.errors import InvalidValueError, MissingDependencyError, UnknownNameError
 
 Backend = Literal["egl", "osmesa", "raycast"]
 GlBackend = Literal["egl", "osmesa"]
 
 DEBIAN_PACKAGES = "libegl1 libgl1-mesa-dri (EGL) or libosmesa6 (OSMesa)"
 GL_VARIABLE = "MUJOCO_GL"
+LOADED_VARIABLE = "PYOPENGL_PLATFORM"
+"""Set by MuJoCo once it has loaded one kind of OpenGL; a process cannot load the other kind as well."""
 _DISABLED = ("off", "disable", "disabled", "false", "0")
 _PROBE_SECONDS = 60
 _PROBE = """
@@ -42,12 +44,16 @@ def choose_backend(wanted: str = "auto") -> Backend:
     Raises:
         UnknownNameError: There is no such renderer.
         MissingDependencyError: The renderer asked for does not work here; names the system packages.
+        InvalidValueError: This process has loaded the other kind of OpenGL before.
     """
     known = get_args(Backend)
     if wanted not in ("auto", *known):
         raise UnknownNameError("rendering backend", wanted, ("auto", *known))
     if wanted == "raycast":
         return "raycast"
+    loaded = os.environ.get(LOADED_VARIABLE, "")
+    if loaded in get_args(GlBackend) and wanted not in ("auto", loaded):
+        raise InvalidValueError(f"this process already draws with '{loaded}'; use '{wanted}' in a process of its own")
     if wanted != "auto":
         if not _works(wanted):
             raise MissingDependencyError(
@@ -55,7 +61,7 @@ def choose_backend(wanted: str = "auto") -> Backend:
                 "or use --backend raycast"
             )
         return cast(GlBackend, wanted)
-    return _first_that_works(os.environ.get(GL_VARIABLE, "").lower())
+    return _first_that_works(loaded or os.environ.get(GL_VARIABLE, "").lower())
 
 
 def _first_that_works(preferred: str) -> Backend:
@@ -72,7 +78,7 @@ def _first_that_works(preferred: str) -> Backend:
 def _works(name: str) -> bool:
     """Whether a context can be made and MuJoCo can draw into it, tried in a child process."""
     environment = {**os.environ, GL_VARIABLE: name}
-    environment.pop("PYOPENGL_PLATFORM", None)
+    environment.pop(LOADED_VARIABLE, None)
     try:
         done = subprocess.run(
             [sys.executable, "-c", _PROBE, name],
