@@ -86,7 +86,7 @@ def quat_to_matrix(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 3 3
 def quat_from_matrix(matrix: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
     """The unit quaternion of a rotation matrix, with non-negative scalar part.
 
-    Bar-Itzhack's method in its stable form: of the four rows of the quaternion's outer product, the longest is used.
+    Of the four rows of the quaternion's outer product with itself, the longest is used, so nothing cancels.
     """
     m = matrix
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
