@@ -38,10 +38,10 @@ demo: $(VENV)/.installed-core
 	@$(CLUTTER6D) evaluate --policy planner --scenes $(DEMO)/scenes --pairs 1 --out $(DEMO)/evaluation
 	@echo "make: 4/5 replaying what was recorded"
 	@$(CLUTTER6D) replay $(DEMO)/evaluation
-	@echo "make: 5/5 drawing the scenes, and a video of each episode"
+	@echo "make: 5/5 drawing the scenes"
 	@$(CLUTTER6D) render $(DEMO)/scenes --out $(DEMO)/pictures
-	@$(CLUTTER6D) render $(DEMO)/evaluation --out $(DEMO)/videos --width 640 --height 480
-	@echo "make: done; the table is $(DEMO)/evaluation/report.md, pictures are in $(DEMO)/pictures, videos in $(DEMO)/videos"
+	@echo "make: done; the table is $(DEMO)/evaluation/report.md, the pictures are in $(DEMO)/pictures"
+	@echo "make: for a video of each episode: $(CLUTTER6D) render $(DEMO)/evaluation"
 
 test: $(VENV)/.installed-dev
 	@echo "make: running the tests on $(TEST_WORKERS) processes"

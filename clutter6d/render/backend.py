@@ -70,8 +70,18 @@ def _first_that_works(preferred: str) -> Backend:
         for name in candidates:
             if _works(name):
                 return cast(GlBackend, name)
-    _LOG.warning("no OpenGL here: drawing with the ray caster; for OpenGL install %s", DEBIAN_PACKAGES)
+    _warn_of_ray_caster()
     return "raycast"
+
+
+@cache
+def _warn_of_ray_caster() -> None:
+    """Once a process is enough."""
+    _LOG.warning(
+        "no OpenGL here: drawing with the ray caster, which takes seconds a picture and many minutes a video; "
+        "for OpenGL install %s",
+        DEBIAN_PACKAGES,
+    )
 
 
 @cache
