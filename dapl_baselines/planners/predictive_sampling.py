@@ -150,8 +150,3 @@ class PredictiveSamplingPolicy:
 def make_policy(options: PolicyOptions) -> PredictiveSamplingPolicy:
     """The planner at full strength: ``--policy planner``."""
     return PredictiveSamplingPolicy(threads=options.threads)
-
-
-def make_quick_policy(options: PolicyOptions) -> PredictiveSamplingPolicy:
-    """A few seconds of search an episode: for demonstrations and smoke tests."""
-    return PredictiveSamplingPolicy(PlannerConfig(attempts=2, max_rounds=20), threads=options.threads)
