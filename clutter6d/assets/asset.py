@@ -209,3 +209,17 @@ def content_hash(
     ]
     digest.update(canonical_json(described))
     return digest.hexdigest()
+
+
+def hash_asset(asset: Asset) -> str:
+    """The content hash that an asset must have, whatever it says of itself."""
+    return content_hash(
+        visual=asset.visual,
+        parts=asset.parts,
+        mass_properties=asset.mass_properties,
+        stable=asset.stable,
+        surface_points=asset.surface_points,
+        symmetry=asset.symmetry,
+        attributes=asset.attributes,
+        licence=asset.licence,
+    )

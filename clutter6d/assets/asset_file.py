@@ -21,7 +21,7 @@ from clutter6d.assets.asset import (
     StableOrientations,
     SymmetryGroup,
     VisualMesh,
-    content_hash,
+    hash_asset,
 )
 from clutter6d.errors import InvalidFileError
 from clutter6d.schema import ArraySpec, FileModel, read_arrays, read_model, write_arrays, write_model
@@ -143,16 +143,7 @@ def read_asset(folder: Path) -> Asset:
     file = read_asset_file(folder)
     arrays = read_arrays(folder / ARRAYS_NAME, _SPECS, what="asset geometry")
     asset = _assemble(folder, file, arrays)
-    found = content_hash(
-        visual=asset.visual,
-        parts=asset.parts,
-        mass_properties=asset.mass_properties,
-        stable=asset.stable,
-        surface_points=asset.surface_points,
-        symmetry=asset.symmetry,
-        attributes=asset.attributes,
-        licence=asset.licence,
-    )
+    found = hash_asset(asset)
     if found != file.content_hash:
         problem = f"content has hash {found[:12]}, the file says {file.content_hash[:12]}; process the object again"
         raise InvalidFileError(folder, problem)

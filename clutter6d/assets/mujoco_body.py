@@ -61,18 +61,40 @@ def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
 
 def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, asset: Asset, name: str) -> None:
     for index, visual in enumerate(asset.visual):
-        geom_name = f"{name}_visual{index}"
-        add_mesh(spec, geom_name, visual.mesh)
-        body.add_geom(
-            name=geom_name,
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=geom_name,
-            mass=0,
-            contype=0,
-            conaffinity=0,
-            group=VISUAL_GROUP,
-            rgba=visual.rgba,
-        )
+        mesh_name = f"{name}_visual{index}"
+        add_mesh(spec, mesh_name, visual.mesh)
+        _add_visual_geom(body, mesh_name, visual.rgba, VISUAL_GROUP, name=mesh_name)
+
+
+def add_ghost_geoms(
+    body: mujoco.MjsBody, asset: Asset, *, name: str, rgba: tuple[float, float, float, float], group: int
+) -> None:
+    """Show the visual meshes of an asset once more, on another body, in one colour and without contact.
+
+    Args:
+        body: Where to.
+        asset: The object.
+        name: Name under which ``add_asset_body`` has added the asset, with its visuals.
+        rgba: Colour and opacity.
+        group: Group of the geoms.
+    """
+    for index in range(len(asset.visual)):
+        _add_visual_geom(body, f"{name}_visual{index}", rgba, group)
+
+
+def _add_visual_geom(
+    body: mujoco.MjsBody, mesh_name: str, rgba: tuple[float, float, float, float], group: int, *, name: str = ""
+) -> None:
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=mesh_name,
+        mass=0,
+        contype=0,
+        conaffinity=0,
+        group=group,
+        rgba=rgba,
+    )
 
 
 def add_mesh(spec: mujoco.MjSpec, name: str, mesh: Mesh) -> None:

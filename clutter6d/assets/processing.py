@@ -16,7 +16,7 @@ from clutter6d.assets.asset import (
     StableOrientations,
     SymmetryGroup,
     VisualMesh,
-    content_hash,
+    hash_asset,
 )
 from clutter6d.assets.attributes import derive_attributes
 from clutter6d.assets.decomposition import Decomposition, DecompositionSettings, Effort, decompose, measure_parts
@@ -159,17 +159,7 @@ def process_object(
 
 def _sealed(asset: Asset) -> Asset:
     """The asset under the hash of its content."""
-    found = content_hash(
-        visual=asset.visual,
-        parts=asset.parts,
-        mass_properties=asset.mass_properties,
-        stable=asset.stable,
-        surface_points=asset.surface_points,
-        symmetry=asset.symmetry,
-        attributes=asset.attributes,
-        licence=asset.licence,
-    )
-    return replace(asset, content_hash=found)
+    return replace(asset, content_hash=hash_asset(asset))
 
 
 def _closed_solid(shape: RawShape, soup: Soup, settings: ProcessingSettings) -> ClosedSolid:

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from clutter6d.assets.asset import Asset
+from clutter6d.assets.mujoco_body import add_ghost_geoms
 from clutter6d.physics import VISUAL_GROUP
 from clutter6d.scene import Scene
 from clutter6d.schema import write_bytes
@@ -51,16 +52,7 @@ def scene_spec(scene: Scene, assets: Mapping[str, Asset]) -> mujoco.MjSpec:
 def add_ghost(spec: mujoco.MjSpec, asset: Asset) -> None:
     """Add the target's shape, translucent and without contact, as a mocap body named ``goal``."""
     ghost = spec.worldbody.add_body(name=GHOST, mocap=True)
-    for index in range(len(asset.visual)):
-        ghost.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=f"target_visual{index}",
-            contype=0,
-            conaffinity=0,
-            mass=0,
-            group=VISUAL_GROUP,
-            rgba=(*GHOST_RGB, GHOST_OPACITY),
-        )
+    add_ghost_geoms(ghost, asset, name="target", rgba=(*GHOST_RGB, GHOST_OPACITY), group=VISUAL_GROUP)
 
 
 def add_lights(spec: mujoco.MjSpec) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from clutter6d.assets.asset import Asset
+from clutter6d.assets.mujoco_body import add_ghost_geoms
 from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import Pose
 from clutter6d.render.camera import SCENE_VIEW, TABLE_VIEW, Camera
@@ -58,16 +59,7 @@ def picture_model(scene: Scene, assets: Mapping[str, Asset], pair: int = 0) -> P
 def add_goal_ghost(spec: mujoco.MjSpec, target: str, asset: Asset, goal: Pose) -> None:
     """Show the target, whose visual meshes the specification has, translucent at its goal."""
     ghost = spec.worldbody.add_body(name=f"{target}_goal", pos=goal.position, quat=goal.quat_wxyz)
-    for index in range(len(asset.visual)):
-        ghost.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=f"{target}_visual{index}",
-            rgba=GHOST_RGBA,
-            group=GHOST_GROUP,
-            contype=0,
-            conaffinity=0,
-            mass=0,
-        )
+    add_ghost_geoms(ghost, asset, name=target, rgba=GHOST_RGBA, group=GHOST_GROUP)
 
 
 def render_scene(

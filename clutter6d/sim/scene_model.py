@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 from jaxtyping import Float64
 
-from clutter6d.assets.asset import Asset
+from clutter6d.assets.asset import Asset, Mesh
 from clutter6d.assets.decomposition import MAX_PART_VERTICES, MAX_PARTS
-from clutter6d.assets.mujoco_body import add_asset_body
+from clutter6d.assets.mujoco_body import add_asset_body, add_mesh
 from clutter6d.errors import InvalidValueError
 from clutter6d.physics import add_table, apply_physics_options
 from clutter6d.scene import TABLE_SIZE_M, Scene
@@ -127,6 +127,6 @@ def _compile_with_nodes(spec: mujoco.MjSpec, nodes: int) -> mujoco.MjModel:
 
 def _add_strip(spec: mujoco.MjSpec, name: str, triangles: int) -> None:
     index = np.arange(triangles + 2)
-    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-    mesh.uservert = np.stack([0.01 * index, 0.01 * (index % 2), 0.001 * (index % 3)], axis=1).astype(np.float32).ravel()
-    mesh.userface = np.stack([index[:-2], index[1:-1], index[2:]], axis=1).astype(np.int32).ravel()
+    vertices = np.stack([0.01 * index, 0.01 * (index % 2), 0.001 * (index % 3)], axis=1).astype(np.float32)
+    faces = np.stack([index[:-2], index[1:-1], index[2:]], axis=1).astype(np.int32)
+    add_mesh(spec, name, Mesh(vertices=vertices, faces=faces))
