@@ -5,7 +5,8 @@
     records/<fingerprint>.json         what became of one source object
 
 Every file is written atomically and an asset before its record, so a run that is killed loses only what it was
-working on, and a second run continues where the first ended.
+working on, and a second run continues where the first ended. A changed version of an asset stands beside the old one
+until the record names it; of two, the one written last counts.
 """
 
 import shutil
@@ -19,7 +20,7 @@ from pydantic import Field
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.asset_file import JSON_NAME, AssetFile, read_asset, read_asset_file, write_asset
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
-from clutter6d.schema import FileModel, read_model, write_model
+from clutter6d.schema import FileModel, read_bytes, read_model, write_model
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -154,7 +155,8 @@ class AssetLibrary:
         Raises:
             StorageError: The disk is full or the folder cannot be written.
         """
-        earlier = self._by_name(refresh=True).get(asset.name)
+        self._finish_replacements()
+        earlier = self._by_name().get(asset.name)
         if earlier is not None and not _is_same_object(earlier, asset):
             asset = replace(asset, name=f"{asset.name}-{asset.content_hash[:6]}")
             earlier = self._by_name().get(asset.name)
@@ -162,8 +164,35 @@ class AssetLibrary:
         if not (folder / JSON_NAME).exists():
             write_asset(folder, asset)
         if earlier is not None and earlier != folder:
-            shutil.rmtree(earlier, ignore_errors=True)
+            _remove(earlier)
         self._folders = {**self._by_name(), asset.name: folder}
+        return asset
+
+    def replace(self, old_hash: str, asset: Asset) -> Asset:
+        """Store a changed version of an asset in the old one's place, and let the old one's record name it.
+
+        After a kill at any moment the library holds the old version or the new; the next ``replace`` or ``add``
+        clears up. Processing its source again leaves the new version alone.
+
+        Args:
+            old_hash: Content hash of the version that the change was made from.
+            asset: The new version.
+
+        Returns:
+            The asset as stored, under the old one's name.
+
+        Raises:
+            UnknownNameError: The library holds no such version (any more).
+            StorageError: The disk is full or the folder cannot be written; the old version is still there.
+        """
+        self._finish_replacements()
+        old = self._find(old_hash)
+        asset = replace(asset, name=_asset_name(old))
+        folder = self.path / "assets" / _folder_name(asset.name, asset.content_hash)
+        if folder != old:
+            write_asset(folder, asset)
+            self._supersede(old, folder)
+            self._folders = {**self._by_name(), asset.name: folder}
         return asset
 
     def record(self, fingerprint: str) -> ProcessingRecord | None:
@@ -221,11 +250,34 @@ class AssetLibrary:
     def _record_path(self, fingerprint: str) -> Path:
         return self.path / "records" / f"{fingerprint}.json"
 
-    def _by_name(self, *, refresh: bool = False) -> dict[str, Path]:
-        if self._folders is None or refresh:
-            folders = (path for path in (self.path / "assets").glob("*") if (path / JSON_NAME).exists())
-            self._folders = {path.name[: -_HASH_CHARS - 1]: path for path in sorted(folders)}
+    def _by_name(self) -> dict[str, Path]:
+        if self._folders is None:
+            self._folders = {_asset_name(path): path for path in self._whole_folders()}
         return self._folders
+
+    def _whole_folders(self) -> list[Path]:
+        """Folders of assets, the last written last: a version that is whole stands before an earlier one."""
+        written = {path.parent: path.stat().st_mtime_ns for path in (self.path / "assets").glob(f"*/{JSON_NAME}")}
+        return sorted(written, key=lambda folder: (written[folder], folder.name))
+
+    def _finish_replacements(self) -> None:
+        """Look at the folder afresh, and finish what a kill interrupted: one folder a name."""
+        folders = self._whole_folders()
+        self._folders = newest = {_asset_name(path): path for path in folders}
+        for folder in folders:
+            if newest[_asset_name(folder)] != folder:
+                self._supersede(folder, newest[_asset_name(folder)])
+
+    def _supersede(self, old: Path, new: Path) -> None:
+        """Let records of the asset in one folder name that in another, then remove the one folder."""
+        name, prefix, new_hash = _asset_name(old), old.name[-_HASH_CHARS:], read_asset_file(new).content_hash
+        for path in (self.path / "records").glob("*.json"):
+            if f'"{prefix}'.encode() not in read_bytes(path, what="processing record"):
+                continue
+            record = read_model(path, ProcessingRecord, what="processing record")
+            if record.asset_name == name and record.asset_hash.startswith(prefix):
+                self.add_record(record.model_copy(update={"asset_hash": new_hash}))
+        _remove(old)
 
     def _find(self, name_or_hash: str) -> Path:
         by_name = self._by_name()
@@ -241,6 +293,16 @@ class AssetLibrary:
 
 def _folder_name(name: str, content_hash: str) -> str:
     return f"{name}-{content_hash[:_HASH_CHARS]}"
+
+
+def _asset_name(folder: Path) -> str:
+    return folder.name[: -_HASH_CHARS - 1]
+
+
+def _remove(folder: Path) -> None:
+    """Remove an asset; its description goes first, so that half a folder does not count as one."""
+    (folder / JSON_NAME).unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_same_object(folder: Path, asset: Asset) -> bool:
