@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 from jaxtyping import Bool, Float64, Int
 
-from clutter6d import __version__
 from clutter6d.geometry import quat_from_yaw, quat_multiply
 from clutter6d.scene import TABLE, Certificate, SceneGraph
 from clutter6d.scenegen.footprint import Layout, layout_of
@@ -19,6 +18,9 @@ from clutter6d.sim.robot import HOME_QPOS, inverse_kinematics
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
 from clutter6d.sim.scene_model import SceneModel, joint_state
 from clutter6d.sim.settle import SettleConfig, hold, measure_drift, settle
+
+GENERATOR_VERSION = "1"
+"""Changes whenever a seed would give another scene."""
 
 DOWN = np.array([0.0, 1.0, 0.0, 0.0])
 """Hand orientation with the fingers pointing at the table."""
@@ -99,23 +101,40 @@ def settle_and_check(
     batch.reset(np.arange(len(poses)), poses)
     settled = settle(batch, config)
     resting = batch.object_poses.copy()
-    drift = hold(batch, resting, config)
-    drift_m, drift_rad = drift.distance_m.max(axis=1), drift.angle_rad.max(axis=1)
     settling = measure_drift(poses[:, :1], resting[:, :1])
     settled &= ((settling.distance_m <= limits.settling_m) & (settling.angle_rad <= limits.settling_rad))[:, 0]
+    report = check_at_rest(scene, hulls, resting, graph, rules=rules, limits=limits, config=config, threads=threads)
+    return report.with_failures("drifted", ~settled)
+
+
+def check_at_rest(
+    scene: SceneModel,
+    hulls: tuple[np.ndarray, ...],
+    poses: Float64[np.ndarray, "state object 7"],
+    graph: SceneGraph,
+    *,
+    rules: RelationRules,
+    limits: CertificateLimits,
+    config: SettleConfig,
+    threads: int = 1,
+) -> StateReport:
+    """Examine several states of one scene as they are, and for 1 s more; arguments as :func:`settle_and_check`."""
+    batch = SceneBatch([scene] * len(poses), threads=threads)
+    drift = hold(batch, poses, config)
+    drift_m, drift_rad = drift.distance_m.max(axis=1), drift.angle_rad.max(axis=1)
     failures: list[str | None] = []
     penetration = np.zeros(len(poses))
-    for row, state in enumerate(resting):
+    for row, state in enumerate(poses):
         contacts = find_contacts(scene, joint_state(state))
         penetration[row] = max_penetration_m(contacts)
-        still = bool(settled[row] & (drift_m[row] <= limits.drift_m) & (drift_rad[row] <= limits.drift_rad))
+        still = bool((drift_m[row] <= limits.drift_m) & (drift_rad[row] <= limits.drift_rad))
         shallow = bool(penetration[row] <= limits.penetration_m)
         layout = layout_of(scene.names, hulls, state)
         failures.append(
             _state_failure(scene, state, layout, contacts, graph, rules, is_still=still, is_shallow=shallow)
         )
     return StateReport(
-        poses=resting, penetration_m=penetration, drift_m=drift_m, drift_rad=drift_rad, failures=tuple(failures)
+        poses=poses, penetration_m=penetration, drift_m=drift_m, drift_rad=drift_rad, failures=tuple(failures)
     )
 
 
@@ -198,5 +217,5 @@ def make_certificate(measured: Sequence[tuple[StateReport, Int[np.ndarray, "_"]]
         relations_hold=relation_count,
         reachable_poses=sum(len(rows) for _, rows in chosen),
         engine_version=mujoco.__version__,
-        generator_version=__version__,
+        generator_version=GENERATOR_VERSION,
     )

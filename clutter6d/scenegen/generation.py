@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from clutter6d import __version__
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.errors import Clutter6DError, GenerationError
 from clutter6d.executor import TaskResult, map_tasks
+from clutter6d.scenegen.certificate import GENERATOR_VERSION
 from clutter6d.scenegen.generator import SceneGenerator, scene_id
 from clutter6d.scenegen.scene_set import GenerationRecord, SceneSet, SceneSetFile, library_sha256
 from clutter6d.scenegen.track import Track
@@ -54,7 +54,7 @@ def _generator_of(task: SceneTask) -> SceneGenerator:
 def open_for_generation(library: AssetLibrary, track: Track, seed: int, out: Path) -> SceneSet:
     """Start or continue the scene set of a track, a seed and a library."""
     header = SceneSetFile(
-        track=track.name, seed=seed, library_sha256=library_sha256(library), generator_version=__version__
+        track=track.name, seed=seed, library_sha256=library_sha256(library), generator_version=GENERATOR_VERSION
     )
     SceneGenerator(library, track, seed)  # refuses a library that is too small before anything is written
     return SceneSet.create(out, header)

@@ -120,9 +120,16 @@ class PairSearch:
             limits=config.limits,
             config=config.settle,
         )
-        _, spans = footprint_supports(draft.hulls["target"], report.poses[:, 0, 3:])
-        reachable = is_reachable(self._scene, report.poses, report.poses[:, 0, 2] + spans[:, 1], config.limits)
-        return report.with_failures("unreachable", ~reachable)
+        return self._examine_reach(self._scene, report)
+
+    def _examine_reach(self, scene: SceneModel, report: StateReport) -> StateReport:
+        """Only of states without a failure."""
+        rows = np.flatnonzero([reason is None for reason in report.failures])
+        poses = report.poses[rows]
+        _, spans = footprint_supports(self._draft.hulls["target"], poses[:, 0, 3:])
+        unreachable = np.zeros(len(report.poses), dtype=bool)
+        unreachable[rows] = ~is_reachable(scene, poses, poses[:, 0, 2] + spans[:, 1], self._config.limits)
+        return report.with_failures("unreachable", unreachable)
 
     def _make_pairs(self, current: _Round) -> Sequence[GoalPair]:
         count = len(current.chosen)
