@@ -1,0 +1,54 @@
+"""Joining a Ray cluster, or starting a Ray of this machine's own: quiet, on the loopback address, without telemetry."""
+
+import logging
+import os
+from typing import Any
+
+from clutter6d.errors import InvalidValueError
+
+_OBJECT_STORE_BYTES = 256 << 20
+_QUIET = {
+    "RAY_USAGE_STATS_ENABLED": "0",
+    "RAY_DEDUP_LOGS_SKIP_REGEX": ".*",  # what the cluster would print on this terminal, into the progress bar
+    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
+}
+_ALONE = {
+    "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",  # on every system: servers listen on 127.0.0.1 only
+    "RAY_enable_metrics_collection": "0",
+}
+
+
+def connect(address: str, workers: int) -> Any:
+    """The ``ray`` module, connected; a connection that this process has already is kept.
+
+    Args:
+        address: Of the cluster; empty to start a Ray on this machine, which ends with this process.
+        workers: CPUs that a Ray started here has.
+
+    Raises:
+        InvalidValueError: No cluster answers at the address, or Ray does not start.
+    """
+    for name, value in {**_QUIET, **({} if address else _ALONE)}.items():
+        os.environ.setdefault(name, value)
+    import ray
+
+    if ray.is_initialized():
+        return ray
+    common: dict[str, Any] = {"logging_level": logging.ERROR, "log_to_driver": False, "namespace": "clutter6d"}
+    alone = {"num_cpus": workers, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES}
+    try:
+        if address:
+            ray.init(address=address, **common)
+        else:
+            ray.init(address="local", **alone, **common)
+    except (ConnectionError, OSError, RuntimeError, ValueError) as error:
+        raise InvalidValueError(_explain(address, error)) from None
+    return ray
+
+
+def _explain(address: str, error: Exception) -> str:
+    detail = " ".join(str(error).split())[:200]
+    if not address:
+        return f"Ray does not start on this machine ({detail}); use --executor local"
+    hint = "start one there with: ray start --head --port=6379; and run this command on a machine of the cluster"
+    return f"no Ray cluster answers at '{address}' ({detail}); {hint}"
