@@ -3,6 +3,7 @@
     library.json                       format, and the processing settings all its assets were made with
     assets/<name>-<hash12>/            asset.json and geometry.npz of one asset
     records/<fingerprint>.json         what became of one source object
+    reviews.jsonl                      what reviewers decided, if anyone reviewed it
 
 Every file is written atomically and an asset before its record, so a run that is killed loses only what it was
 working on, and a second run continues where the first ended. A changed version of an asset stands beside the old one
@@ -19,6 +20,7 @@ from pydantic import Field
 
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.asset_file import JSON_NAME, AssetFile, read_asset, read_asset_file, write_asset
+from clutter6d.assets.review.standing import rejected_hashes
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
 from clutter6d.schema import FileModel, read_bytes, read_model, write_model
 
@@ -117,9 +119,14 @@ class AssetLibrary:
         write_model(path / LIBRARY_FILE, LibraryFile(settings=wanted))
         return cls(path, wanted)
 
-    def names(self) -> tuple[str, ...]:
-        """Names of all assets, sorted."""
-        return tuple(sorted(self._by_name()))
+    def names(self, *, with_rejected: bool = False) -> tuple[str, ...]:
+        """Names of the assets, sorted; of those that a reviewer rejected only if asked for.
+
+        Raises:
+            InvalidFileError: The journal of the reviews is damaged.
+        """
+        rejected = () if with_rejected else {key[:_HASH_CHARS] for key in rejected_hashes(self.path)}
+        return tuple(sorted(name for name, path in self._by_name().items() if path.name[-_HASH_CHARS:] not in rejected))
 
     def load(self, name_or_hash: str) -> Asset:
         """Read one asset and check its hash.
@@ -226,7 +233,7 @@ class AssetLibrary:
             One line per problem; none if every asset has its hash and every record its asset.
         """
         problems: list[str] = []
-        for name in self.names():
+        for name in self.names(with_rejected=True):
             try:
                 self.load(name)
             except (InvalidFileError, MissingFileError) as error:
@@ -239,10 +246,14 @@ class AssetLibrary:
                 continue
             if path.stem != record.fingerprint or self.record(path.stem) is None:
                 problems.append(f"{path}: names asset {record.asset_name}, which is not there; process again")
+        try:
+            rejected_hashes(self.path)
+        except InvalidFileError as error:
+            problems.append(str(error))
         return tuple(problems)
 
     def index(self) -> "pd.DataFrame":
-        """One row per asset: name, hash, category, size, mass, parts, licence and origin."""
+        """One row per asset that no reviewer rejected: name, hash, category, size, mass, parts, licence and origin."""
         from clutter6d.assets.library_index import make_index
 
         return make_index(self.describe(name) for name in self.names())

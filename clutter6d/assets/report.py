@@ -9,6 +9,7 @@ from rich.table import Table
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.asset_file import AssetFile
 from clutter6d.assets.library import AssetLibrary, ProcessingRecord
+from clutter6d.assets.review.summary import decision_names
 
 _QUANTILES = (0.1, 0.5, 0.9, 1.0)
 
@@ -27,9 +28,10 @@ def summary_tables(library: AssetLibrary, records: Sequence[ProcessingRecord]) -
 
 
 def index_table(library: AssetLibrary) -> Table:
-    """One row per asset of a library."""
-    table = Table("name", "category", "size", "longest cm", "kg", "parts", "poses", "licence", "author")
-    for name in library.names():
+    """One row per asset of a library, rejected ones too."""
+    table = Table("name", "category", "size", "longest cm", "kg", "parts", "poses", "review", "licence", "author")
+    decisions = decision_names(library)
+    for name in library.names(with_rejected=True):
         file = library.describe(name)
         table.add_row(
             file.name,
@@ -39,6 +41,7 @@ def index_table(library: AssetLibrary) -> Table:
             f"{file.mass_kg:.2f}",
             str(file.quality.parts),
             str(file.quality.stable_verified),
+            decisions.get(file.content_hash, "-"),
             file.licence.name,
             file.licence.author,
         )
