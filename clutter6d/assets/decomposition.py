@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import coacd
 import manifold3d
 import numpy as np
 from jaxtyping import Float
@@ -131,6 +130,8 @@ def _excess(result: Decomposition, solid: manifold3d.Manifold, settings: Decompo
 
 def _search(solid: manifold3d.Manifold, search: str, settings: DecompositionSettings) -> list[manifold3d.Manifold]:
     """CoACD's parts, before any merging: merging here is faster, exact, and cannot abort the process."""
+    import coacd  # here, since Ray cannot start in a process that has loaded it
+
     coacd.set_log_level("error")
     vertices, faces = manifold_arrays(simplify_solid(solid, settings.search_faces))
     found = coacd.run_coacd(

@@ -12,7 +12,7 @@ from clutter6d.assets.library import AssetLibrary, ProcessingRecord
 from clutter6d.assets.processing import ProcessingSettings, process_object
 from clutter6d.assets.sources.base import AssetSource, SourceObject
 from clutter6d.errors import MeshRejectedError
-from clutter6d.executor import TaskFailure, TaskLimits, TaskResult, map_tasks
+from clutter6d.executor import LOCAL, Executor, TaskFailure, TaskLimits, TaskResult, map_tasks
 
 _LESS_EFFORT: dict[Effort, Effort] = {"normal": "coarse", "coarse": "hull"}
 _REASONS = {"crash": "crashed", "timeout": "timed-out", "memory": "out-of-memory", "error": "failed"}
@@ -23,12 +23,14 @@ class RunSettings:
     """How a source is processed; none of this changes an asset.
 
     Attributes:
-        workers: Child processes.
+        workers: Worker processes.
+        executor: Where they are.
         seconds: Processor time that one object may take at one effort.
         memory_bytes: Address space that one object may use.
     """
 
     workers: int = 1
+    executor: Executor = LOCAL
     seconds: float = 60.0
     memory_bytes: int = 4 << 30
 
@@ -81,9 +83,10 @@ def run(
         else:
             yield record
     limits = TaskLimits(seconds=run_settings.seconds, memory_bytes=run_settings.memory_bytes)
+    workers, executor = run_settings.workers, run_settings.executor
     while jobs:
         again: list[_Job] = []
-        for result in map_tasks(_Task(source, settings), jobs, workers=run_settings.workers, limits=limits):
+        for result in map_tasks(_Task(source, settings), jobs, workers=workers, limits=limits, executor=executor):
             retry = _retry(result)
             if retry is not None:
                 again.append(retry)

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import sys
 from typing import Any
 
 from clutter6d.errors import InvalidValueError
@@ -26,10 +27,12 @@ def connect(address: str, workers: int) -> Any:
         workers: CPUs that a Ray started here has.
 
     Raises:
-        InvalidValueError: No cluster answers at the address, or Ray does not start.
+        InvalidValueError: No cluster answers at the address, Ray does not start, or CoACD was loaded before it.
     """
     for name, value in {**_QUIET, **({} if address else _ALONE)}.items():
         os.environ.setdefault(name, value)
+    if "coacd" in sys.modules and "ray" not in sys.modules:  # their C++ runtimes clash: Ray would abort the process
+        raise InvalidValueError("Ray cannot start after CoACD was loaded; import ray first, at the top of the program")
     import ray
 
     if ray.is_initialized():

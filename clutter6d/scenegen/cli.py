@@ -11,6 +11,7 @@ from rich.table import Column, Table
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
 from clutter6d.errors import InvalidValueError
+from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
 from clutter6d.export.mjcf import export_mjcf
 from clutter6d.scenegen.generation import generate_scenes, has_scene, open_for_generation
 from clutter6d.scenegen.scene_set import SceneSet
@@ -28,19 +29,20 @@ def generate(
     seed: Annotated[int, typer.Option(help="Scene i of a seed is always the same scene.")] = 0,
     library: Annotated[str, typer.Option(help="A source's name, or the folder of an asset library.")] = "procedural",
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    executor: Annotated[str, typer.Option(help=EXECUTOR_HELP)] = "local",
     export: Annotated[str, typer.Option(help="Formats to export to, separated by commas: mjcf.")] = "",
 ) -> None:
     """Generate certified scenes with 16 goal pairs each."""
     console = Console(markup=False, emoji=False)
-    formats = _parse_formats(export)
+    formats, where = _parse_formats(export), parse_executor(executor)
     chosen, indices = find_track(track), range(first, first + scenes)
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
-        assets = _open_library(library, workers, progress)
+        assets = _open_library(library, workers, where, progress)
         scene_set = open_for_generation(assets, chosen, seed, out)
         done = sum(has_scene(scene_set, chosen, seed, index) for index in indices)
         bar = progress.add_task(f"{track} scenes", total=scenes, completed=done)
-        for _ in generate_scenes(assets, chosen, seed, scene_set, indices, workers=workers):
+        for _ in generate_scenes(assets, chosen, seed, scene_set, indices, workers=workers, executor=where):
             progress.advance(bar)
     scene_set = SceneSet.open(out)
     _print_summary(scene_set, console)
@@ -50,12 +52,13 @@ def generate(
         console.print(f"exported {len(scene_set.scenes)} scenes to {out / name}")
 
 
-def _open_library(library: str, workers: int, progress: Progress) -> AssetLibrary:
+def _open_library(library: str, workers: int, executor: Executor, progress: Progress) -> AssetLibrary:
     """Open a library; the built-in one is made on first use, with a bar of its own."""
     bar = progress.add_task("built-in objects (once)", total=None, visible=False)
     return open_library(
         library,
         workers=workers,
+        executor=executor,
         on_progress=lambda done, total: progress.update(bar, completed=done, total=total, visible=True),
     )
 

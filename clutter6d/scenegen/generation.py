@@ -7,7 +7,7 @@ from pathlib import Path
 
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.errors import Clutter6DError, GenerationError
-from clutter6d.executor import TaskResult, map_tasks
+from clutter6d.executor import LOCAL, Executor, TaskResult, map_tasks
 from clutter6d.scenegen.certificate import GENERATOR_VERSION
 from clutter6d.scenegen.generator import SceneGenerator, scene_id
 from clutter6d.scenegen.scene_set import GenerationRecord, SceneSet, SceneSetFile, library_sha256
@@ -61,16 +61,25 @@ def open_for_generation(library: AssetLibrary, track: Track, seed: int, out: Pat
 
 
 def generate_scenes(
-    library: AssetLibrary, track: Track, seed: int, scene_set: SceneSet, indices: range, *, workers: int = 1
+    library: AssetLibrary,
+    track: Track,
+    seed: int,
+    scene_set: SceneSet,
+    indices: range,
+    *,
+    workers: int = 1,
+    executor: Executor = LOCAL,
 ) -> Iterator[str]:
     """Generate the scenes that a set still lacks; yields the id of each as it is stored.
+
+    The workers read the library's folder and write into the set's, so on a cluster both are on a shared file system.
 
     Raises:
         GenerationError: A scene could not be made; the others are kept.
     """
-    task = SceneTask(library=library.path, track=track, seed=seed, out=scene_set.path)
+    task = SceneTask(library=library.path.resolve(), track=track, seed=seed, out=scene_set.path.resolve())
     missing = [index for index in indices if not has_scene(scene_set, track, seed, index)]
-    for result in map_tasks(task, missing, workers=workers):
+    for result in map_tasks(task, missing, workers=workers, executor=executor):
         yield _unwrap(result)
 
 
