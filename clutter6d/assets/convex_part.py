@@ -51,12 +51,13 @@ def reduce_vertices(points: Float[np.ndarray, "point 3"], max_vertices: int) -> 
     a tenth of a millimetre or the limit is reached. A subset never grows the part, and flat faces stay flat.
     """
     directions = np.concatenate([np.eye(3), -np.eye(3), _CORNERS])
-    chosen = list(dict.fromkeys(int(index) for index in np.argmax(points @ directions.T, axis=0)))[:max_vertices]
+    extreme = np.argmax(_rounded(points @ directions.T), axis=0)
+    chosen = list(dict.fromkeys(int(index) for index in extreme))[:max_vertices]
     while len(chosen) < min(max_vertices, len(points)):
         hull = manifold3d.Manifold.hull_points(np.asarray(points[chosen], dtype=np.float64))
         outside = _height_outside(points, hull) if not hull.is_empty() else _spread(points, chosen)
         outside[chosen] = 0.0
-        farthest = int(np.argmax(outside))
+        farthest = int(np.argmax(_rounded(outside)))
         if outside[farthest] < _NEGLIGIBLE_M:
             break
         chosen.append(farthest)
@@ -73,6 +74,11 @@ def _height_outside(points: Float[np.ndarray, "point 3"], hull: manifold3d.Manif
     normals = normals / np.maximum(lengths, 1e-300)
     heights = points @ normals.T - (normals * vertices[faces[:, 0]]).sum(axis=1)
     return heights[:, lengths[:, 0] > 0].max(axis=1)
+
+
+def _rounded(lengths_m: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
+    """To a nanometre, so that which of several equal lengths is the longest does not depend on the processor."""
+    return np.round(lengths_m, 9)
 
 
 def _spread(points: Float[np.ndarray, "point 3"], chosen: list[int]) -> Float[np.ndarray, "point"]:

@@ -38,7 +38,7 @@ from clutter6d.errors import MeshRejectedError
 from clutter6d.executor import announce_stage
 from clutter6d.seeding import generator
 
-PROCESSING_VERSION = 4
+PROCESSING_VERSION = 5
 """Raised whenever the same input and settings give another asset; part of every library's settings."""
 
 

@@ -16,9 +16,12 @@ from mujoco.batch import Batch
 from clutter6d.assets.asset import MAX_STABLE_ORIENTATIONS, Asset, StableOrientations
 from clutter6d.assets.mujoco_body import add_asset_body
 from clutter6d.errors import MeshRejectedError
-from clutter6d.geometry import quat_conjugate, quat_from_matrix, quat_normalize, rotate, rotation_error_rad
+from clutter6d.geometry import quat_conjugate, quat_normalize, rotate, rotation_error_rad
 from clutter6d.physics import PHYSICS_STEP_S, add_table, apply_physics_options
 from clutter6d.seeding import generator
+
+_DECIMALS = 9
+"""Proposals are rounded to so many: what differs between processors is a million times smaller."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -102,10 +105,21 @@ def propose_orientations(
     if not len(transforms):
         return np.zeros((0, 4)), np.zeros(0), (*fallbacks, "stable-poses:none-proposed")
     is_proper = np.isfinite(transforms).all(axis=(1, 2)) & np.isfinite(probabilities)
-    transforms, probabilities = transforms[is_proper], probabilities[is_proper]
-    quats = quat_from_matrix(np.asarray(transforms)[:, :3, :3])
-    count = settings.max_orientations
-    return quats[:count], np.asarray(probabilities, dtype=np.float64)[:count], fallbacks
+    ups = np.round(np.asarray(transforms)[is_proper, 2, :3], _DECIMALS) + 0.0
+    shares = np.round(np.asarray(probabilities, dtype=np.float64)[is_proper], _DECIMALS)
+    order = np.lexsort((*ups.T, -shares))[: settings.max_orientations]
+    return upright(ups[order]), shares[order], fallbacks
+
+
+def upright(ups: Float64[np.ndarray, "pose 3"]) -> Float64[np.ndarray, "pose 4"]:
+    """The smallest rotation that brings each direction to the vertical.
+
+    It depends on the direction alone: the yaw that trimesh's decompositions happen to give differs between processors.
+    """
+    x, y, z = ups.T
+    quats = np.stack([1 + z, y, -x, np.zeros_like(z)], axis=1)
+    quats[z < -1 + 10**-_DECIMALS] = (0.0, 1.0, 0.0, 0.0)
+    return quat_normalize(quats)
 
 
 def drop_test(

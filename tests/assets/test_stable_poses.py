@@ -7,7 +7,7 @@ import trimesh
 
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.mujoco_body import add_asset_body
-from clutter6d.assets.stable_poses import StablePoseSettings, drop_test, propose_orientations
+from clutter6d.assets.stable_poses import StablePoseSettings, drop_test, propose_orientations, upright
 from clutter6d.geometry import rotate, rotation_error_rad
 from clutter6d.physics import add_table, apply_physics_options
 from tests.assets.conftest import process
@@ -73,3 +73,16 @@ def test_a_centre_of_mass_outside_the_hull_does_not_hang() -> None:
 def test_no_more_than_sixty_four_are_kept() -> None:
     ball = process(as_shape(trimesh.creation.icosphere(subdivisions=3, radius=0.05)))
     assert 1 <= len(ball.stable.heights_m) <= 64
+
+
+def test_upright_turns_every_direction_to_the_vertical_even_upside_down() -> None:
+    ups = np.array([[0, 0, 1.0], [0, 0, -1.0], [1.0, 0, 0], [0.6, 0, -0.8], [4e-5, 0, -1.0]])
+    turned = rotate(upright(ups), ups)
+    np.testing.assert_allclose(turned, [[0, 0, 1]] * len(ups), atol=1e-4)
+
+
+def test_proposals_do_not_depend_on_what_differs_between_processors() -> None:
+    corners = trimesh.creation.box((0.08, 0.06, 0.04)).vertices
+    plain, _, _ = propose_orientations(corners, SETTINGS)
+    noisy, _, _ = propose_orientations(corners * (1 + 1e-15), SETTINGS)
+    np.testing.assert_array_equal(plain, noisy)
