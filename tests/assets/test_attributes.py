@@ -12,10 +12,16 @@ BOX = as_mesh(trimesh.creation.box((0.1, 0.1, 0.1)))
 WHITE = (VisualMesh(mesh=BOX, rgba=(1, 1, 1, 1)),)
 
 
-def derive(name: str, hints: AttributeHints | None = None, volume: float = 1e-3) -> tuple[object, float]:
+def derive(
+    name: str, hints: AttributeHints | None = None, volume: float = 1e-3, hull: float = 1e-3
+) -> tuple[object, float]:
     return derive_attributes(
-        name=name, hints=hints or AttributeHints(), visual=WHITE, volume_m3=volume, hull_volume_m3=1e-3
+        name=name, hints=hints or AttributeHints(), visual=WHITE, volume_m3=volume, hull_volume_m3=hull
     )
+
+
+def test_a_vessel_weighs_the_same_whether_its_mesh_is_full_or_has_walls() -> None:
+    assert derive("mug", volume=1e-3)[1] == pytest.approx(derive("mug", volume=0.2e-3)[1])
 
 
 @pytest.mark.parametrize(
@@ -37,8 +43,12 @@ def test_the_larger_surface_names_the_colour() -> None:
 
 @pytest.mark.parametrize(
     ("words", "material"),
-    [("coffee-mug", "ceramic"), ("plastic-cup", "plastic"), ("kitchen-knife", "metal"), ("gizmo", "plastic")],
-)
+    [
+        ("coffee-mug", "ceramic"), ("plastic-cup", "plastic"), ("kitchen-knife", "metal"), ("gizmo", "plastic"),
+        ("hot-dog", "food"), ("toilet-brush", "plastic"), ("bowl-with-salad", "ceramic"), ("red-apple", "food"),
+        ("apple-iphone", "plastic"), ("spray-bottle", "plastic"), ("wine-bottle", "glass"), ("clothes-iron", "plastic"),
+    ],
+)  # fmt: skip
 def test_materials_follow_names(words: str, material: str) -> None:
     assert material_of(words.split("-")) == material
 
@@ -59,4 +69,5 @@ def test_rules_say_that_they_are_rules() -> None:
 def test_masses_are_those_of_household_things() -> None:
     assert MASS_RANGE_KG[0] <= derive("safe", volume=1e-3)[1] <= MASS_RANGE_KG[1]
     assert derive("microwave")[1] < derive("hammer")[1]
+    assert derive("soccer-ball", volume=5.5e-3, hull=5.5e-3)[1] == pytest.approx(0.43, rel=0.2)
     assert derive("paper", volume=1e-9)[1] >= MASS_RANGE_KG[0]
