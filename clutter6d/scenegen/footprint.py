@@ -52,7 +52,13 @@ class Layout:
 
     def without(self, name: str) -> "Layout":
         """This layout without one object."""
-        keep = [index for index, other in enumerate(self.names) if other != name]
+        return self._rows([index for index, other in enumerate(self.names) if other != name])
+
+    def only(self, name: str) -> "Layout":
+        """One object of this layout."""
+        return self._rows([self.index(name)])
+
+    def _rows(self, keep: list[int]) -> "Layout":
         return Layout(
             names=tuple(self.names[index] for index in keep),
             positions=self.positions[keep],
@@ -81,8 +87,9 @@ def footprint_supports(
         The support functions, and the lowest and highest z of the rotated object relative to its origin.
     """
     turned = rotate(quats[:, None, :], points[None])
-    supports = np.max(turned[..., None, 0] * DIRECTIONS[:, 0] + turned[..., None, 1] * DIRECTIONS[:, 1], axis=1)
-    return supports, np.stack([turned[..., 2].min(axis=1), turned[..., 2].max(axis=1)], axis=1)
+    along = turned[..., None, 0] * DIRECTIONS[:, 0]
+    along += turned[..., None, 1] * DIRECTIONS[:, 1]
+    return along.max(axis=1), np.stack([turned[..., 2].min(axis=1), turned[..., 2].max(axis=1)], axis=1)
 
 
 def layout_of(names: tuple[str, ...], hulls: tuple[np.ndarray, ...], poses: Float64[np.ndarray, "object 7"]) -> Layout:
@@ -106,9 +113,11 @@ def separations_m(
     For sets that are apart it never exceeds their true distance.
     """
     offset = positions[:, None, :] - layout.positions[None]
-    along = offset[..., None, 0] * DIRECTIONS[:, 0] + offset[..., None, 1] * DIRECTIONS[:, 1]
-    opposite = np.roll(supports, DIRECTION_COUNT // 2, axis=-1)
-    return (along - layout.supports[None] - opposite[:, None, :]).max(axis=-1)
+    gaps = offset[..., None, 0] * DIRECTIONS[:, 0]
+    gaps += offset[..., None, 1] * DIRECTIONS[:, 1]
+    gaps -= layout.supports
+    gaps -= np.roll(supports, DIRECTION_COUNT // 2, axis=-1)[:, None]
+    return gaps.max(axis=-1)
 
 
 def swept_support(

@@ -186,14 +186,15 @@ class PlacementSearch:
         if carriers:
             positions = _positions_upon(carriers[0], layout, self._config.candidates, self._rng)
         good = is_on_table(positions, support, self._config.table_margin_m)
+        for relation in relations_of(self._graph, name):
+            good &= candidates_fulfil(relation, positions, support, layout, self._rules, slack_m=self._config.slack_m)
         others = layout
         for carrier in carriers:
             others = others.without(carrier)
-        good &= (separations_m(positions, support, others) >= self._track.min_gap_m).all(axis=1)
-        for relation in relations_of(self._graph, name):
-            good &= candidates_fulfil(relation, positions, support, layout, self._rules, slack_m=self._config.slack_m)
-        found = np.flatnonzero(good)
-        return positions[found[0]] if len(found) else None
+        left = positions[good]
+        is_free = (separations_m(left, support, others) >= self._track.min_gap_m).all(axis=1)
+        found = np.flatnonzero(is_free)
+        return left[found[0]] if len(found) else None
 
 
 def relations_of(graph: SceneGraph, subject: str) -> Sequence[Relation]:

@@ -64,7 +64,8 @@ def candidates_fulfil(
     reference = layout.index(relation.reference)
     offset = positions - layout.positions[reference]
     if relation.kind == "near":
-        return separations_m(positions, supports, layout)[:, reference] <= rules.near_gap_m - slack_m
+        gap = separations_m(positions, supports, layout.only(relation.reference))[:, 0]
+        return gap <= rules.near_gap_m - slack_m
     if relation.kind == "between":
         return _is_between(relation, positions, layout, rules, slack_m)
     along_x, along_y = DIRECTIONAL[relation.kind]
