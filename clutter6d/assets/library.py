@@ -10,6 +10,7 @@ working on, and a second run continues where the first ended. A changed version 
 until the record names it; of two, the one written last counts.
 """
 
+import os
 import shutil
 from collections.abc import Mapping
 from dataclasses import replace
@@ -82,6 +83,7 @@ class AssetLibrary:
         self.path = path
         self.settings = dict(settings)
         self._folders: dict[str, Path] | None = None
+        self._written_ns: dict[str, int] = {}
 
     @classmethod
     def open(cls, path: Path | str) -> "AssetLibrary":
@@ -171,8 +173,8 @@ class AssetLibrary:
         if not (folder / JSON_NAME).exists():
             write_asset(folder, asset)
         if earlier is not None and earlier != folder:
-            _remove(earlier)
-        self._folders = {**self._by_name(), asset.name: folder}
+            self._remove(earlier)
+        self._note(asset.name, folder)
         return asset
 
     def replace(self, old_hash: str, asset: Asset) -> Asset:
@@ -199,7 +201,7 @@ class AssetLibrary:
         if folder != old:
             write_asset(folder, asset)
             self._supersede(old, folder)
-            self._folders = {**self._by_name(), asset.name: folder}
+            self._note(asset.name, folder)
         return asset
 
     def record(self, fingerprint: str) -> ProcessingRecord | None:
@@ -263,16 +265,39 @@ class AssetLibrary:
 
     def _by_name(self) -> dict[str, Path]:
         if self._folders is None:
+            self._look()
             self._folders = {_asset_name(path): path for path in self._whole_folders()}
         return self._folders
 
+    def _note(self, name: str, folder: Path) -> None:
+        """Know an asset that this object stored, so that the next one need not look at all folders again."""
+        self._by_name()[name] = folder
+        self._written_ns[folder.name] = (folder / JSON_NAME).stat().st_mtime_ns
+
+    def _look(self) -> bool:
+        """Find what was stored or removed since; only folders not known yet are opened. Returns whether any was."""
+        assets = self.path / "assets"
+        if not assets.is_dir():
+            return False
+        with os.scandir(assets) as entries:
+            there = {entry.name for entry in entries}
+        gone = self._written_ns.keys() - there
+        files = {name: assets / name / JSON_NAME for name in there - self._written_ns.keys()}
+        new = {name: file.stat().st_mtime_ns for name, file in files.items() if file.exists()}
+        for name in gone:
+            del self._written_ns[name]
+        self._written_ns.update(new)
+        return bool(gone or new)
+
     def _whole_folders(self) -> list[Path]:
         """Folders of assets, the last written last: a version that is whole stands before an earlier one."""
-        written = {path.parent: path.stat().st_mtime_ns for path in (self.path / "assets").glob(f"*/{JSON_NAME}")}
-        return sorted(written, key=lambda folder: (written[folder], folder.name))
+        names = sorted(self._written_ns, key=lambda name: (self._written_ns[name], name))
+        return [self.path / "assets" / name for name in names]
 
     def _finish_replacements(self) -> None:
-        """Look at the folder afresh, and finish what a kill interrupted: one folder a name."""
+        """Look for what other processes did, and finish what a kill interrupted: one folder a name."""
+        if not self._look() and self._folders is not None:
+            return
         folders = self._whole_folders()
         self._folders = newest = {_asset_name(path): path for path in folders}
         for folder in folders:
@@ -288,7 +313,13 @@ class AssetLibrary:
             record = read_model(path, ProcessingRecord, what="processing record")
             if record.asset_name == name and record.asset_hash.startswith(prefix):
                 self.add_record(record.model_copy(update={"asset_hash": new_hash}))
-        _remove(old)
+        self._remove(old)
+
+    def _remove(self, folder: Path) -> None:
+        """Remove an asset; its description goes first, so that half a folder does not count as one."""
+        (folder / JSON_NAME).unlink(missing_ok=True)
+        shutil.rmtree(folder, ignore_errors=True)
+        self._written_ns.pop(folder.name, None)
 
     def _find(self, name_or_hash: str) -> Path:
         by_name = self._by_name()
@@ -308,12 +339,6 @@ def _folder_name(name: str, content_hash: str) -> str:
 
 def _asset_name(folder: Path) -> str:
     return folder.name[: -_HASH_CHARS - 1]
-
-
-def _remove(folder: Path) -> None:
-    """Remove an asset; its description goes first, so that half a folder does not count as one."""
-    (folder / JSON_NAME).unlink(missing_ok=True)
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _is_same_object(folder: Path, asset: Asset) -> bool:
