@@ -1,7 +1,7 @@
 """The command ``clutter6d generate``."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 from rich.console import Console
@@ -10,12 +10,14 @@ from rich.table import Column, Table
 
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
+from clutter6d.dataset.figures import FIGURES, show
+from clutter6d.dataset.measurement import measure
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.errors import InvalidValueError
 from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
 from clutter6d.export.mjcf import export_mjcf
 from clutter6d.scenegen.generation import generate_scenes, has_scene, open_for_generation
 from clutter6d.scenegen.scene_set import SceneSet
-from clutter6d.scenegen.statistics import measure_clutter
 from clutter6d.scenegen.track import find_track
 
 EXPORTERS = {"mjcf": export_mjcf}
@@ -72,16 +74,12 @@ def _parse_formats(export: str) -> list[str]:
 
 
 def _print_summary(scene_set: SceneSet, console: Console) -> None:
-    certificates, clutter = scene_set.certificates(), measure_clutter(scene_set)
-    title = f"{clutter.scenes} scenes in {scene_set.path}"
+    measured = measure(cast(SceneCollection, scene_set))  # its cached properties are properties
+    title = f"{len(measured.scenes)} scenes in {scene_set.path}"
     table = Table("", Column(overflow="fold"), show_header=False, title=title)
-    table.add_row("goal pairs", f"{clutter.pairs:,}")
-    table.add_row("goals with a blocked straight path", f"{clutter.blocked_share:.0%}")
-    table.add_row("goals on another resting face", f"{clutter.face_change_share:.0%}")
-    table.add_row("target to nearest neighbour, median", f"{100 * clutter.median_target_gap_m:.1f} cm")
-    table.add_row("obstacle to nearest obstacle, median", f"{100 * clutter.median_obstacle_gap_m:.1f} cm")
-    table.add_row("worst penetration", f"{1000 * certificates['max_penetration_m'].max():.2f} mm")
-    table.add_row("worst drift in 1 s", f"{1000 * certificates['max_drift_m'].max():.2f} mm")
+    table.add_row("goal pairs", f"{len(measured.pairs):,}")
+    for figure in FIGURES:
+        table.add_row(figure.label, show(figure.read(measured), figure.unit))
     failures = ", ".join(f"{reason} {count}" for reason, count in scene_set.failures().most_common())
     table.add_row("failed draws by reason", failures or "none")
     table.add_row("scene set SHA-256", scene_set.sha256)

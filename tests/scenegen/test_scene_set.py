@@ -9,7 +9,6 @@ from clutter6d.assets.library import AssetLibrary
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError
 from clutter6d.scenegen.generation import generate_scenes, open_for_generation
 from clutter6d.scenegen.scene_set import SceneSet
-from clutter6d.scenegen.statistics import measure_clutter
 from clutter6d.scenegen.track import find_track
 
 
@@ -70,10 +69,3 @@ def test_a_scene_out_of_place_is_refused(moderate_set: SceneSet, tmp_path: Path)
     (copy.path / "scenes" / "moderate-0-00000").rename(copy.path / "scenes" / "moderate-0-00009")
     with pytest.raises(InvalidFileError, match="out of place"):
         _ = SceneSet.open(copy.path).scenes
-
-
-def test_clutter_is_measured(moderate_set: SceneSet) -> None:
-    clutter = measure_clutter(moderate_set)
-    assert (clutter.scenes, clutter.pairs) == (2, 32)
-    assert 0 <= clutter.blocked_share <= 1
-    assert clutter.median_target_gap_m >= 0.005 - 1e-3
