@@ -57,12 +57,28 @@ def asset_pictures(
                 yield asset, renderer.draw(poses.ravel(), _camera_of(asset))
 
 
-def _camera_of(asset: Asset) -> Camera:
+def asset_views(
+    asset: Asset, angles_deg: Sequence[tuple[float, float]], *, size_px: int = 384, backend: str = "auto"
+) -> tuple[Image, ...]:
+    """Pictures of one asset from several sides.
+
+    Args:
+        asset: Shown in its most probable resting orientation.
+        angles_deg: Azimuth and elevation of each view, as :class:`clutter6d.render.camera.Camera` has them.
+        size_px: Side of a picture [px].
+        backend: As for :func:`clutter6d.render.picture.open_renderer`.
+    """
+    pose = np.array((0, 0, asset.stable.heights_m[0], *asset.stable.quats_wxyz[0]))
+    with open_renderer(_model_of((asset,)), width=size_px, height=size_px, backend=backend) as renderer:
+        return tuple(renderer.draw(pose, _camera_of(asset, *angles)) for angles in angles_deg)
+
+
+def _camera_of(asset: Asset, azimuth_deg: float = _AZIMUTH_DEG, elevation_deg: float = _ELEVATION_DEG) -> Camera:
     """A camera from which the asset, in its first resting orientation, fills the picture."""
     points = rotate(asset.stable.quats_wxyz[0], asset.surface_points.astype(np.float64))
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     look_at = (float(centre[0]), float(centre[1]), float(centre[2] + asset.stable.heights_m[0]))
-    view = Camera(look_at_m=look_at, distance_m=1.0, azimuth_deg=_AZIMUTH_DEG, elevation_deg=_ELEVATION_DEG)
+    view = Camera(look_at_m=look_at, distance_m=1.0, azimuth_deg=azimuth_deg, elevation_deg=elevation_deg)
     forward = view.forward()
     depth = (points - centre) @ forward
     right = np.array([forward[1], -forward[0], 0.0]) / np.hypot(forward[0], forward[1])

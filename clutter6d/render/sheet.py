@@ -56,10 +56,15 @@ def write_image(path: Path, image: UInt8[np.ndarray, "height width 3"] | Image.I
     Raises:
         StorageError: It cannot be written.
     """
+    write_bytes(path, png_of(image))
+
+
+def png_of(image: UInt8[np.ndarray, "height width 3"] | Image.Image) -> bytes:
+    """A picture as a PNG file; equal pictures give equal bytes."""
     buffer = BytesIO()
     picture = image if isinstance(image, Image.Image) else Image.fromarray(image)
     picture.save(buffer, format="PNG")
-    write_bytes(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def _cut(label: str, width: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -> str:

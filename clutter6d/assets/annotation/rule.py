@@ -1,0 +1,54 @@
+"""The annotator that needs nothing but the asset: material by name, mass by density, friction by material.
+
+Values that are not open, for instance a category that a person set, are what it goes by.
+"""
+
+from typing import Any
+
+from clutter6d.assets.annotation.annotator import Subject, Suggestion
+from clutter6d.assets.annotation.volume import hull_volume_m3, solid_volume_m3
+from clutter6d.assets.asset import Asset, Provenance
+from clutter6d.assets.attribute_change import AttributeChange
+from clutter6d.assets.attributes import derive_attributes
+from clutter6d.assets.sources.base import AttributeHints
+
+
+class RuleAnnotator:
+    """The offline default."""
+
+    origin: Provenance = "rule"
+    needs_views = False
+
+    def recall(self, subject: Subject) -> Suggestion:
+        """The suggestion."""
+        return self.annotate(subject)
+
+    def annotate(self, subject: Subject) -> Suggestion:
+        """The suggestion; the same for the same asset, always."""
+        asset = subject.asset
+        attributes, mass_kg = derive_attributes(
+            name=asset.name,
+            hints=AttributeHints(**{name: value for name, value in _said(asset).items() if name not in subject.open}),
+            visual=asset.visual,
+            volume_m3=solid_volume_m3(asset),
+            hull_volume_m3=hull_volume_m3(asset),
+        )
+        change = AttributeChange(
+            category=attributes.category,
+            colour=attributes.colour,
+            material=attributes.material,
+            mass_kg=mass_kg,
+            friction=attributes.friction,
+        )
+        return Suggestion(change=change)
+
+
+def _said(asset: Asset) -> dict[str, Any]:
+    said = asset.attributes
+    return {
+        "category": said.category,
+        "colour": said.colour,
+        "material": said.material,
+        "mass_kg": asset.mass_properties.mass_kg,
+        "friction": said.friction,
+    }

@@ -1,0 +1,224 @@
+"""Annotating a library: one asset after the other, each stored at once, resumable, and never over a person's word."""
+
+import logging
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+from clutter6d.assets.annotation.annotator import AnnotationFailed, Annotator, Png, Subject, Suggestion, Usage
+from clutter6d.assets.annotation.threads import map_threads
+from clutter6d.assets.asset import Asset, Provenance
+from clutter6d.assets.attribute_change import AttributeChange, changed_asset
+from clutter6d.assets.library import AssetLibrary
+from clutter6d.errors import Clutter6DError, InvalidValueError, StorageError, UnknownNameError
+
+MAX_FAILURES_IN_A_ROW = 5
+ANNOTATORS = ("rule", "vlm")
+ATTRIBUTES = ("category", "colour", "material", "mass_kg", "friction")
+_SAME_RATIO = 0.05
+"""By how much two numbers may differ and still say the same: a volume that parts give is not exact."""
+
+Draw = Callable[[Asset], tuple[Png, ...]]
+Status = Literal["annotated", "unchanged", "failed", "unasked"]
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AnnotationSettings:
+    """How a library is annotated.
+
+    Attributes:
+        overwrite: Origins of the values that may be replaced; others stay.
+        concurrency: Assets asked for at the same time.
+        limit: Assets that are looked at, of those with values that may be replaced.
+        is_dry_run: Change nothing and ask nobody.
+    """
+
+    overwrite: frozenset[Provenance] = frozenset({"rule"})
+    concurrency: int = 4
+    limit: int | None = None
+    is_dry_run: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Outcome:
+    """What became of one asset.
+
+    Attributes:
+        name: The asset's name.
+        status: ``unasked`` only in a dry run: the model would have to be asked.
+        reason: Why not, as a short word.
+        detail: Why not, in a sentence.
+        changes: Old and new value of each attribute that changed.
+        notes: The annotator's.
+        usage: What it cost in this run.
+        is_remembered: Whether an earlier run's answer was used.
+    """
+
+    name: str
+    status: Status
+    reason: str = ""
+    detail: str = ""
+    changes: dict[str, tuple[str | float, str | float]] = field(
+        default_factory=dict[str, tuple[str | float, str | float]]
+    )
+    notes: tuple[str, ...] = ()
+    usage: Usage = field(default_factory=Usage)
+    is_remembered: bool = False
+
+
+def replaceable_origins(names: Sequence[str]) -> frozenset[Provenance]:
+    """Origins by name, and ``rule``, whose values are always there to be replaced.
+
+    Raises:
+        UnknownNameError: There is no such origin.
+    """
+    known: tuple[Provenance, ...] = get_args(Provenance)
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("origin", name, known)
+    return frozenset(origin for origin in known if origin == "rule" or origin in names)
+
+
+def open_attributes(asset: Asset, overwrite: frozenset[Provenance]) -> frozenset[str]:
+    """Names of the values that may be replaced, by where they came from."""
+    return frozenset(name for name in ATTRIBUTES if _origin(asset, name) in overwrite)
+
+
+def names_to_annotate(library: AssetLibrary, settings: AnnotationSettings) -> tuple[str, ...]:
+    """The assets that have values which may be replaced, up to the limit; damaged ones among them."""
+    found: list[str] = []
+    for name in library.names():
+        if settings.limit is not None and len(found) == settings.limit:
+            break
+        try:
+            said = library.describe(name).attributes
+        except Clutter6DError:
+            found.append(name)
+            continue
+        if {getattr(said, f"{item.removesuffix('_kg')}_from") for item in ATTRIBUTES} & settings.overwrite:
+            found.append(name)
+    return tuple(found)
+
+
+def annotate_library(
+    library: AssetLibrary,
+    names: tuple[str, ...],
+    annotator: Annotator,
+    draw: Draw,
+    settings: AnnotationSettings,
+) -> Iterator[Outcome]:
+    """Annotate assets, and yield what became of each as soon as it is stored.
+
+    Args:
+        library: Is changed.
+        names: As :func:`names_to_annotate` gives them.
+        annotator: Whom to ask.
+        draw: Makes the views; called from this thread only.
+        settings: How.
+
+    Raises:
+        InvalidValueError: The endpoint cannot be used, or failed several times in a row; what was answered is kept.
+        StorageError: The library cannot be written.
+    """
+    run = _Run(library, annotator, settings)
+    subjects = (run.prepare(name, draw) for name in names)
+    for subject, result in map_threads(run.ask, subjects, settings.concurrency):
+        yield run.finish(subject, result)
+
+
+class _Run:
+    """One run's steps, and its count of failures in a row."""
+
+    def __init__(self, library: AssetLibrary, annotator: Annotator, settings: AnnotationSettings) -> None:
+        self._library = library
+        self._annotator = annotator
+        self._settings = settings
+        self._in_a_row = 0
+        self._has_answer = False
+
+    def prepare(self, name: str, draw: Draw) -> Subject | Outcome:
+        """Load and draw an asset; an asset with which that fails is done."""
+        try:
+            asset = self._library.load(name)
+            opened = open_attributes(asset, self._settings.overwrite)
+            views = draw(asset) if self._annotator.needs_views else ()
+            return Subject(asset=asset, views=views, open=opened)
+        except (Clutter6DError, ValueError) as error:
+            if isinstance(error, StorageError):
+                raise
+            return Outcome(name=name, status="failed", reason="cannot-be-read", detail=" ".join(str(error).split()))
+
+    def ask(self, subject: Subject | Outcome) -> Suggestion | None:
+        """Called from several threads."""
+        if isinstance(subject, Outcome):
+            return None
+        return self._annotator.recall(subject) if self._settings.is_dry_run else self._annotator.annotate(subject)
+
+    def finish(self, subject: Subject | Outcome, result: Suggestion | BaseException | None) -> Outcome:
+        """Store what was suggested."""
+        if isinstance(subject, Outcome):
+            return subject
+        name = subject.asset.name
+        if isinstance(result, AnnotationFailed):
+            self._count(result)
+            return Outcome(name=name, status="failed", reason=result.reason, detail=result.detail, usage=result.usage)
+        if isinstance(result, BaseException):
+            raise result
+        if result is None:
+            return Outcome(name=name, status="unasked")
+        self._has_answer, self._in_a_row = True, 0
+        return self._store(subject, result)
+
+    def _store(self, subject: Subject, suggestion: Suggestion) -> Outcome:
+        asset = subject.asset
+        change = _news(asset, suggestion.change, subject.open, self._annotator.origin)
+        if change.given and not self._settings.is_dry_run:
+            self._library.replace(asset.content_hash, changed_asset(asset, change, by=self._annotator.origin))
+        return Outcome(
+            name=asset.name,
+            status="annotated" if change.given else "unchanged",
+            changes={name: (_value(asset, name), getattr(change, name)) for name in change.given},
+            notes=suggestion.notes,
+            usage=suggestion.usage,
+            is_remembered=suggestion.is_remembered,
+        )
+
+    def _count(self, failure: AnnotationFailed) -> None:
+        """End the run where the endpoint never answered, or no longer does."""
+        self._in_a_row = self._in_a_row + 1 if failure.is_of_endpoint else 0
+        is_never_there = failure.reason == "unreachable" and not self._has_answer
+        if is_never_there or self._in_a_row == MAX_FAILURES_IN_A_ROW:
+            times = "" if is_never_there else f" {self._in_a_row} times in a row"
+            raise InvalidValueError(
+                f"the endpoint failed{times}, {failure.reason}: {failure.detail}; what was answered is kept: "
+                "check --base-url and that it runs, then give the same command again"
+            )
+
+
+def _news(asset: Asset, change: AttributeChange, opened: frozenset[str], origin: Provenance) -> AttributeChange:
+    """What of a change may be made and is none already."""
+    return change.only(
+        *(
+            name
+            for name in change.given
+            if name in opened
+            and not (_origin(asset, name) == origin and _is_same(_value(asset, name), getattr(change, name)))
+        )
+    )
+
+
+def _is_same(old: str | float, new: str | float) -> bool:
+    if isinstance(old, str) or isinstance(new, str):
+        return old == new
+    return math.isclose(old, new, rel_tol=_SAME_RATIO)
+
+
+def _origin(asset: Asset, name: str) -> Provenance:
+    return getattr(asset.attributes, f"{name.removesuffix('_kg')}_from")
+
+
+def _value(asset: Asset, name: str) -> str | float:
+    return asset.mass_properties.mass_kg if name == "mass_kg" else getattr(asset.attributes, name)
