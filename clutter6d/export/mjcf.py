@@ -1,12 +1,10 @@
 """A scene as MJCF: one folder that MuJoCo's own viewer opens, with no code of this project.
 
 scene.xml       robot, table, objects with visual and collision geometry, the goal as a translucent ghost, and one
-keyframe for each goal pair (meshes are inline, as MuJoCo writes them, without loss of precision)
+keyframe for each goal pair; meshes are inline, and numbers are exact
 LICENCES.csv    terms, author and origin of every object
 """
 
-import csv
-import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,6 +13,8 @@ import numpy as np
 
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.mujoco_body import add_ghost_geoms
+from clutter6d.export.exact_xml import exact_xml
+from clutter6d.export.licences import licence_table
 from clutter6d.physics import VISUAL_GROUP
 from clutter6d.scene import Scene
 from clutter6d.schema import write_bytes
@@ -79,19 +79,7 @@ def export_mjcf(scene: Scene, assets: Mapping[str, Asset], folder: Path) -> Path
         StorageError: The folder cannot be written.
     """
     spec = scene_spec(scene, assets)
-    spec.compile()
+    content = exact_xml(spec, spec.compile())
     write_bytes(folder / "LICENCES.csv", licence_table(scene, assets))
-    write_bytes(folder / "scene.xml", spec.to_xml().encode())
+    write_bytes(folder / "scene.xml", content)
     return folder / "scene.xml"
-
-
-def licence_table(scene: Scene, assets: Mapping[str, Asset]) -> bytes:
-    """CSV with one row an object: its name, asset, licence, author, source and address."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["object", "asset", "licence", "author", "source", "source_id", "url"])
-    for item in scene.objects:
-        licence = assets[item.asset_hash].licence
-        origin = (licence.name, licence.author, licence.source, licence.source_id, licence.url)
-        writer.writerow([item.name, item.asset_name, *origin])
-    return text.getvalue().encode()
