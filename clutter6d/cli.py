@@ -24,6 +24,7 @@ INTERRUPTED = 130
 SUMMARIES = {
     "assets": "Make assets from meshes; list, show and verify them.",
     "generate": "Generate certified scenes of a track.",
+    "dataset": "Look at, check, make and compare frozen data sets.",
     "evaluate": "Run a policy on scenes and write its table.",
     "replay": "Re-simulate an evaluation and compare it to the bit.",
     "render": "Draw stills, contact sheets and videos.",

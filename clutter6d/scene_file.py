@@ -1,5 +1,6 @@
 """A scene as stored: ``scene.json``, checked when read, exact to the bit when written."""
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -20,7 +21,7 @@ from clutter6d.scene import (
     Scene,
     SceneGraph,
 )
-from clutter6d.schema import FileModel, read_model, write_model
+from clutter6d.schema import FileModel, model_bytes, read_model, write_model
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 """Names become file names, so they hold nothing that leaves a folder."""
@@ -117,7 +118,11 @@ def read_scene(path: Path) -> Scene:
         MissingFileError: There is no such file.
         InvalidFileError: It is not a valid scene.
     """
-    file = read_model(path, SceneFile, what="scene file")
+    return scene_from_file(read_model(path, SceneFile, what="scene file"))
+
+
+def scene_from_file(file: SceneFile) -> Scene:
+    """The scene of its stored form."""
     names = tuple(item.name for item in file.objects)
     return Scene(
         scene_id=file.scene_id,
@@ -134,6 +139,11 @@ def read_scene(path: Path) -> Scene:
 def write_scene(path: Path, scene: Scene) -> None:
     """Write ``scene.json`` atomically; poses round-trip to the bit."""
     write_model(path, scene_to_file(scene))
+
+
+def scene_sha256(scene: Scene) -> str:
+    """SHA-256 of the scene's ``scene.json``."""
+    return hashlib.sha256(model_bytes(scene_to_file(scene))).hexdigest()
 
 
 def scene_to_file(scene: Scene) -> SceneFile:

@@ -70,7 +70,12 @@ def read_model(path: Path, model: type[Model], *, what: str, max_bytes: int = MA
 
 def write_model(path: Path, model: FileModel) -> None:
     """Write one model as indented JSON, atomically; floats round-trip exactly."""
-    write_bytes(path, (model.model_dump_json(indent=1) + "\n").encode())
+    write_bytes(path, model_bytes(model))
+
+
+def model_bytes(model: FileModel) -> bytes:
+    """A model as it is written."""
+    return (model.model_dump_json(indent=1) + "\n").encode()
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -143,12 +148,21 @@ def read_arrays(path: Path, specs: Mapping[str, ArraySpec], *, what: str) -> dic
     except (zipfile.BadZipFile, ValueError, EOFError, KeyError, OSError, NotImplementedError, MemoryError) as error:
         raise InvalidFileError(path, f"not a valid {what}: {error}") from None
     for name, spec in specs.items():
-        if not spec.matches(arrays[name]):
-            found = f"{arrays[name].dtype}{arrays[name].shape}"
-            raise InvalidFileError(path, f"array '{name}' is {found}, expected {spec.dtype}{spec.shape}")
-        if arrays[name].dtype.kind == "f" and not np.isfinite(arrays[name]).all():
-            raise InvalidFileError(path, f"array '{name}' holds values that are not finite")
+        check_array(path, name, arrays[name], spec)
     return arrays
+
+
+def check_array(path: Path, name: str, array: np.ndarray, spec: ArraySpec) -> None:
+    """Refuse an array of a file that is not what it must be.
+
+    Raises:
+        InvalidFileError: It has another type or shape, or values that are not finite.
+    """
+    if not spec.matches(array):
+        found = f"{array.dtype}{array.shape}"
+        raise InvalidFileError(path, f"array '{name}' is {found}, expected {spec.dtype}{spec.shape}")
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise InvalidFileError(path, f"array '{name}' holds values that are not finite")
 
 
 def canonical_json(value: object) -> bytes:

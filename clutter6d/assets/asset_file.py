@@ -1,6 +1,6 @@
 """How an asset is stored: ``asset.json`` for what is said, ``geometry.npz`` for what is measured."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal
@@ -28,7 +28,7 @@ from clutter6d.schema import ArraySpec, FileModel, read_arrays, read_model, writ
 
 JSON_NAME = "asset.json"
 ARRAYS_NAME = "geometry.npz"
-_SPECS = {
+GEOMETRY = {
     "visual_vertices": ArraySpec(dtype="f4", shape=(None, 3)),
     "visual_faces": ArraySpec(dtype="i4", shape=(None, 3)),
     "visual_counts": ArraySpec(dtype="i4", shape=(None, 2)),
@@ -43,6 +43,7 @@ _SPECS = {
     "surface_points": ArraySpec(dtype="f4", shape=(SURFACE_POINTS, 3)),
     "symmetry_quats_wxyz": ArraySpec(dtype="f8", shape=(None, 4)),
 }
+"""The arrays of an asset, with their types and shapes."""
 
 
 class AttributesModel(FileModel):
@@ -106,20 +107,22 @@ def write_asset(folder: Path, asset: Asset) -> None:
     Raises:
         StorageError: The disk is full or the folder cannot be written.
     """
-    write_arrays(folder / ARRAYS_NAME, _arrays(asset))
-    write_model(
-        folder / JSON_NAME,
-        AssetFile(
-            name=asset.name,
-            content_hash=asset.content_hash,
-            size_class=asset.size_class,
-            extents_m=asset.extents_m,
-            mass_kg=asset.mass_properties.mass_kg,
-            continuous_axis=asset.symmetry.continuous_axis,
-            attributes=AttributesModel(**_slots(asset.attributes)),
-            licence=LicenceModel(**_slots(asset.licence)),
-            quality=QualityModel(**_slots(asset.quality)),
-        ),
+    write_arrays(folder / ARRAYS_NAME, asset_geometry(asset))
+    write_model(folder / JSON_NAME, describe_asset(asset))
+
+
+def describe_asset(asset: Asset) -> AssetFile:
+    """What is said of an asset, as stored."""
+    return AssetFile(
+        name=asset.name,
+        content_hash=asset.content_hash,
+        size_class=asset.size_class,
+        extents_m=asset.extents_m,
+        mass_kg=asset.mass_properties.mass_kg,
+        continuous_axis=asset.symmetry.continuous_axis,
+        attributes=AttributesModel(**_slots(asset.attributes)),
+        licence=LicenceModel(**_slots(asset.licence)),
+        quality=QualityModel(**_slots(asset.quality)),
     )
 
 
@@ -141,16 +144,12 @@ def read_asset(folder: Path) -> Asset:
         InvalidFileError: A file is damaged, or the content does not have the stated hash.
     """
     file = read_asset_file(folder)
-    arrays = read_arrays(folder / ARRAYS_NAME, _SPECS, what="asset geometry")
-    asset = _assemble(folder, file, arrays)
-    found = hash_asset(asset)
-    if found != file.content_hash:
-        problem = f"content has hash {found[:12]}, the file says {file.content_hash[:12]}; process the object again"
-        raise InvalidFileError(folder, problem)
-    return asset
+    arrays = read_arrays(folder / ARRAYS_NAME, GEOMETRY, what="asset geometry")
+    return assemble_asset(folder / ARRAYS_NAME, file, arrays)
 
 
-def _arrays(asset: Asset) -> dict[str, np.ndarray]:
+def asset_geometry(asset: Asset) -> dict[str, np.ndarray]:
+    """What is measured of an asset, as stored: arrays as :data:`GEOMETRY` describes them."""
     visual = [item.mesh for item in asset.visual]
     return {
         **_stack("visual", visual),
@@ -173,28 +172,47 @@ def _stack(prefix: str, meshes: Sequence[Mesh]) -> dict[str, np.ndarray]:
     }
 
 
-def _unstack(folder: Path, arrays: dict[str, np.ndarray], prefix: str) -> tuple[Mesh, ...]:
+def _unstack(path: Path, arrays: Mapping[str, np.ndarray], prefix: str) -> tuple[Mesh, ...]:
     vertices, faces, counts = (arrays[f"{prefix}_{kind}"] for kind in ("vertices", "faces", "counts"))
     if not len(counts) or (counts <= 0).any() or tuple(counts.sum(axis=0)) != (len(vertices), len(faces)):
-        raise InvalidFileError(folder / ARRAYS_NAME, f"the counts of its {prefix} meshes do not add up")
+        raise InvalidFileError(path, f"the counts of its {prefix} meshes do not add up")
     ends = np.cumsum(counts, axis=0)[:-1]
     meshes = zip(np.split(vertices, ends[:, 0]), np.split(faces, ends[:, 1]), strict=True)
     result = tuple(Mesh(vertices=v, faces=f) for v, f in meshes)
     if any(mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices) for mesh in result):
-        raise InvalidFileError(folder / ARRAYS_NAME, f"a face of its {prefix} meshes names a vertex that is not there")
+        raise InvalidFileError(path, f"a face of its {prefix} meshes names a vertex that is not there")
     return result
 
 
-def _assemble(folder: Path, file: AssetFile, arrays: dict[str, np.ndarray]) -> Asset:
-    visual, rgba = _unstack(folder, arrays, "visual"), arrays["visual_rgba"]
+def assemble_asset(path: Path, file: AssetFile, arrays: Mapping[str, np.ndarray]) -> Asset:
+    """The asset of a description and its geometry.
+
+    Args:
+        path: The file of the geometry, for messages.
+        file: The description.
+        arrays: The geometry, as :data:`GEOMETRY` describes it.
+
+    Raises:
+        InvalidFileError: The geometry is inconsistent, or the content does not have the stated hash.
+    """
+    asset = _assemble(path, file, arrays)
+    found = hash_asset(asset)
+    if found != file.content_hash:
+        problem = f"{file.name}: content has hash {found[:12]}, the file says {file.content_hash[:12]}"
+        raise InvalidFileError(path, f"{problem}; process the object again")
+    return asset
+
+
+def _assemble(path: Path, file: AssetFile, arrays: Mapping[str, np.ndarray]) -> Asset:
+    visual, rgba = _unstack(path, arrays, "visual"), arrays["visual_rgba"]
     poses = {len(arrays[f"stable_{kind}"]) for kind in ("quats_wxyz", "heights_m", "probabilities")}
     if len(visual) != len(rgba) or len(poses) != 1 or poses == {0}:
-        raise InvalidFileError(folder / ARRAYS_NAME, "colours or stable orientations are missing")
+        raise InvalidFileError(path, "colours or stable orientations are missing")
     return Asset(
         name=file.name,
         content_hash=file.content_hash,
         visual=tuple(VisualMesh(mesh=m, rgba=_rgba(c)) for m, c in zip(visual, rgba, strict=True)),
-        parts=_unstack(folder, arrays, "part"),
+        parts=_unstack(path, arrays, "part"),
         mass_properties=MassProperties(mass_kg=file.mass_kg, inertia=arrays["inertia"]),
         stable=StableOrientations(
             quats_wxyz=arrays["stable_quats_wxyz"],

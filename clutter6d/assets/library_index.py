@@ -27,6 +27,7 @@ COLUMNS = (
     "author",
     "source",
     "source_id",
+    "url",
 )
 
 
@@ -50,5 +51,6 @@ def _row(file: AssetFile) -> dict[str, Any]:
         "author": file.licence.author,
         "source": file.licence.source,
         "source_id": file.licence.source_id,
+        "url": file.licence.url,
     }
     return {column: said[column] for column in COLUMNS}

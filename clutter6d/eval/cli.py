@@ -1,22 +1,26 @@
 """The commands ``clutter6d evaluate`` and ``clutter6d replay``."""
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Column, Table
 
+from clutter6d.dataset.scenes import SceneCollection, open_scenes
 from clutter6d.envs.termination import MAX_CONTROL_STEPS
 from clutter6d.errors import MissingFileError
-from clutter6d.eval.evaluator import REPORT_FILE, Evaluation, EvaluationConfig
+from clutter6d.eval.episode import EpisodeRow
+from clutter6d.eval.episode_tasks import run_in_workers
+from clutter6d.eval.evaluator import REPORT_FILE, Evaluation, EvaluationConfig, Part
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.eval.replay import Replay
 from clutter6d.eval.report import Report, to_table
-from clutter6d.eval.runner import EpisodeScenes
-from clutter6d.scenegen.scene_set import SceneSet
+from clutter6d.executor import EXECUTOR_HELP, LOCAL, Executor, parse_executor
 from clutter6d.schema import FileModel, read_model, write_model
 
 SCENES_FILE = "scenes.json"
@@ -33,8 +37,15 @@ class ScenesLocation(FileModel):
 
 def evaluate(
     policy: Annotated[str, typer.Option(help="zero, random, planner, package.module:factory, or a .pt checkpoint.")],
-    scenes: Annotated[Path, typer.Option(help="Folder of scenes, made by clutter6d generate.")],
-    out: Annotated[Path, typer.Option(help="Folder of the results; an unfinished evaluation is continued.")],
+    scenes: Annotated[
+        str, typer.Option(help="A frozen split, such as dense-test, or a folder made by clutter6d generate.")
+    ] = "sparse-test",
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the results, by default evaluations/POLICY-SCENES; an unfinished one is continued."
+        ),
+    ] = None,
     pairs: Annotated[int | None, typer.Option(min=1, help="Goal pairs of each scene, the first; default all.")] = None,
     num_envs: Annotated[
         int | None,
@@ -42,39 +53,46 @@ def evaluate(
             min=1, help="Episodes that run at once; default 16, or 1 for a policy that plans in the simulator."
         ),
     ] = None,
-    threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
+    threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores, or one in each of many workers.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes, each with its own episodes at once.")] = 1,
+    executor: Annotated[str, typer.Option(help=EXECUTOR_HELP)] = "local",
     seed: Annotated[int, typer.Option(help="Seed of everything the policy draws.")] = 0,
     max_steps: Annotated[
         int, typer.Option(min=1, help="Steps of an episode at most; other than 300 is not official.")
     ] = MAX_CONTROL_STEPS,
 ) -> None:
-    """Run a policy on scenes and write its table; the result does not depend on --num-envs and --threads."""
-    scene_set = _open(scenes)
+    """Run a policy on scenes and write its table; the result does not depend on what runs at once, or where."""
+    collection, where = _open(scenes), parse_executor(executor)
     loaded = load_policy(policy, PolicyOptions(seed=seed, threads=threads))
     config = EvaluationConfig(pairs=pairs, seed=seed, max_steps=max_steps)
-    evaluation = Evaluation(scene_set, loaded, out, config)
-    write_model(out / SCENES_FILE, ScenesLocation(scenes=str(scenes.resolve())))
+    out = out or Path("evaluations") / f"{loaded.name}-{Path(scenes).name}"
+    evaluation = Evaluation(collection, loaded, out, config)
+    write_model(
+        out / SCENES_FILE, ScenesLocation(scenes=str(Path(scenes).resolve() if Path(scenes).exists() else scenes))
+    )
+    again = partial(_open_evaluation, scenes, policy, out.resolve(), config)
+    run = partial(_run, evaluation, again, threads=threads, workers=workers, executor=where)
     console = Console(markup=False, emoji=False)
     with _progress(console) as progress:
         at_once = num_envs or (1 if loaded.is_privileged else PARALLEL_EPISODES)
-        _run_policy(evaluation, progress, loaded.name, num_envs=at_once, threads=threads)
+        _show(evaluation, progress, loaded.name, run("journal", num_envs=at_once))
         done = len(evaluation.finished("floor"))
         bar = progress.add_task("zero action (floor)", total=len(evaluation.keys), completed=done)
-        for _ in evaluation.run("floor", num_envs=num_envs or PARALLEL_EPISODES, threads=threads):
+        for _ in run("floor", num_envs=num_envs or PARALLEL_EPISODES):
             progress.advance(bar)
     _print_report(evaluation.finish(), out, console)
 
 
 def replay(
     folder: Annotated[Path, typer.Argument(help="What clutter6d evaluate wrote.")],
-    scenes: Annotated[Path | None, typer.Option(help="The scenes, if they are no longer where they were.")] = None,
+    scenes: Annotated[str | None, typer.Option(help="The scenes, if they are no longer where they were.")] = None,
     num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = PARALLEL_EPISODES,
     threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
 ) -> None:
     """Simulate the recorded actions again; exit code 1 unless every outcome and metric is the same to the bit."""
     if not folder.is_dir():
         raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
-    found = scenes or Path(read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes)
+    found = scenes or read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes
     check, console = Replay(folder, _open(found)), Console(markup=False, emoji=False)
     differing = 0
     with _progress(console) as progress:
@@ -93,19 +111,42 @@ def replay(
         raise typer.Exit(1)
 
 
-def _open(path: Path) -> EpisodeScenes:
+def _open(where: str) -> SceneCollection:
     """The scenes, every one read now: a damaged one ends the command before anything is written."""
-    scene_set = SceneSet.open(path)
-    _ = scene_set.scenes
-    return cast(EpisodeScenes, scene_set)  # its cached properties are properties
+    collection = open_scenes(where)
+    _ = collection.scenes
+    return collection
 
 
-def _run_policy(evaluation: Evaluation, progress: Progress, name: str, *, num_envs: int, threads: int) -> None:
-    """Run the episodes that are left, and show the running success rate."""
+def _open_evaluation(scenes: str, policy: str, out: Path, config: EvaluationConfig) -> Evaluation:
+    """The evaluation once more, in a worker."""
+    return Evaluation(_open(scenes), load_policy(policy, PolicyOptions(seed=config.seed, threads=1)), out, config)
+
+
+def _run(
+    evaluation: Evaluation,
+    again: Callable[[], Evaluation],
+    part: Part,
+    *,
+    num_envs: int,
+    threads: int,
+    workers: int,
+    executor: Executor,
+) -> Iterator[EpisodeRow]:
+    """Run the episodes that are left, in this process or in workers."""
+    if workers == 1 and executor == LOCAL:
+        return evaluation.run(part, num_envs=num_envs, threads=threads)
+    return run_in_workers(
+        evaluation, again, part, num_envs=num_envs, threads=threads or 1, workers=workers, executor=executor
+    )
+
+
+def _show(evaluation: Evaluation, progress: Progress, name: str, rows: Iterator[EpisodeRow]) -> None:
+    """Show the episodes as they end, and the running success rate."""
     before = evaluation.finished()
     done, successes = len(before), sum(record.row.is_success for record in before.values())
     bar = progress.add_task(_describe(name, successes, done), total=len(evaluation.keys), completed=done)
-    for row in evaluation.run(num_envs=num_envs, threads=threads):
+    for row in rows:
         done, successes = done + 1, successes + row.is_success
         progress.update(bar, advance=1, description=_describe(name, successes, done))
 

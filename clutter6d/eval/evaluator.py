@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 
 from clutter6d import __version__
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.action import ActionConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
 from clutter6d.envs.vector_env import EnvConfig
@@ -25,7 +26,7 @@ from clutter6d.eval.builtin_policies import ZeroPolicy
 from clutter6d.eval.episode import EpisodeRecord, EpisodeRow, episode_path, read_episode, write_episode
 from clutter6d.eval.policy import Policy
 from clutter6d.eval.report import Report, RunSettings, make_report, to_markdown
-from clutter6d.eval.runner import EpisodeKey, EpisodeRunner, EpisodeScenes
+from clutter6d.eval.runner import EpisodeKey, EpisodeRunner
 from clutter6d.eval.tables import write_actions, write_rows
 from clutter6d.schema import read_model, write_bytes, write_model
 
@@ -79,7 +80,7 @@ class Evaluation:
     """
 
     def __init__(
-        self, scenes: EpisodeScenes, policy: Policy, out: Path, config: EvaluationConfig | None = None
+        self, scenes: SceneCollection, policy: Policy, out: Path, config: EvaluationConfig | None = None
     ) -> None:
         self._scenes, self._policy, self._out = scenes, policy, out
         self._config = config or EvaluationConfig()
@@ -88,13 +89,15 @@ class Evaluation:
         self.settings = make_settings(scenes, policy, self._config)
         _claim(out, self.settings)
 
-    def finished(self, part: Part = "journal") -> dict[EpisodeKey, EpisodeRecord]:
-        """The episodes that are done, by scene and pair.
+    def finished(
+        self, part: Part = "journal", *, keys: Sequence[EpisodeKey] | None = None
+    ) -> dict[EpisodeKey, EpisodeRecord]:
+        """The episodes that are done, by scene and pair; of some ``keys`` only, if given.
 
         Raises:
             InvalidFileError: One of them is damaged, or is another episode's.
         """
-        paths = {key: episode_path(self._out / part, *key) for key in self.keys}
+        paths = {key: episode_path(self._out / part, *key) for key in (self.keys if keys is None else keys)}
         records = {key: read_episode(path) for key, path in paths.items() if path.is_file()}
         for key, record in records.items():
             if record.row.key != key:
@@ -102,15 +105,24 @@ class Evaluation:
                 raise InvalidFileError(paths[key], f"holds the episode of {scene_id} pair {pair}; delete it")
         return records
 
-    def run(self, part: Part = "journal", *, num_envs: int = 16, threads: int = 0) -> Iterator[EpisodeRow]:
+    def run(
+        self,
+        part: Part = "journal",
+        *,
+        keys: Sequence[EpisodeKey] | None = None,
+        num_envs: int = 16,
+        threads: int = 0,
+    ) -> Iterator[EpisodeRow]:
         """Run what is not done yet, and keep each episode as soon as it ends.
 
         Args:
             part: The policy's own episodes, or the same without any action.
+            keys: Scene and pair of the episodes to run; by default all.
             num_envs: Episodes at once; the outcome does not depend on it.
             threads: Threads of the simulation, 0 for all cores; the outcome does not depend on it.
         """
-        done = self.finished(part)
+        wanted = self.keys if keys is None else keys
+        done = self.finished(part, keys=wanted)
         runner = EpisodeRunner(
             self._scenes,
             self._policy if part == "journal" else ZeroPolicy(),
@@ -119,7 +131,7 @@ class Evaluation:
             num_envs=num_envs,
             threads=threads,
         )
-        for record in runner.run([key for key in self.keys if key not in done]):
+        for record in runner.run([key for key in wanted if key not in done]):
             write_episode(self._out / part, record)
             yield record.row
 
@@ -142,7 +154,7 @@ class Evaluation:
         return report
 
 
-def episode_keys(scenes: EpisodeScenes, pairs: int | None) -> tuple[EpisodeKey, ...]:
+def episode_keys(scenes: SceneCollection, pairs: int | None) -> tuple[EpisodeKey, ...]:
     """Scene and pair of every episode, in the table's order."""
     counts = {scene.scene_id: len(scene.goal_pairs) for scene in scenes.scenes}
     return tuple((name, pair) for name in sorted(counts) for pair in range(min(pairs or counts[name], counts[name])))
@@ -153,7 +165,7 @@ def mean_floor(rows: Sequence[EpisodeRow]) -> float:
     return float(np.mean([row.mean_offset_cm for row in rows]))
 
 
-def make_settings(scenes: EpisodeScenes, policy: Policy, config: EvaluationConfig) -> RunSettings:
+def make_settings(scenes: SceneCollection, policy: Policy, config: EvaluationConfig) -> RunSettings:
     """Everything that the outcome depends on."""
     most = max(len(scene.goal_pairs) for scene in scenes.scenes)
     return RunSettings(
@@ -174,7 +186,7 @@ def make_settings(scenes: EpisodeScenes, policy: Policy, config: EvaluationConfi
     )
 
 
-def _check_pairs(scenes: EpisodeScenes, pairs: int | None) -> None:
+def _check_pairs(scenes: SceneCollection, pairs: int | None) -> None:
     most = max(len(scene.goal_pairs) for scene in scenes.scenes)
     if pairs is not None and pairs > most:
         raise InvalidValueError(

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32, Float64
 
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.termination import TerminationConfig
 from clutter6d.envs.vector_env import ClutterVectorEnv, EnvConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.evaluator import REPORT_FILE
 from clutter6d.eval.report import Report
-from clutter6d.eval.runner import EpisodeScenes
 from clutter6d.eval.tables import read_actions, read_rows
 from clutter6d.scene import Scene
 from clutter6d.schema import read_model
@@ -35,7 +35,7 @@ class EpisodeMotion:
     qpos: Float64[np.ndarray, "frame nq"]
 
 
-def replay_motions(folder: Path, scenes: EpisodeScenes) -> Iterator[EpisodeMotion]:
+def replay_motions(folder: Path, scenes: SceneCollection) -> Iterator[EpisodeMotion]:
     """Simulate the episodes of a finished evaluation again, one after another, in the table's order.
 
     Args:

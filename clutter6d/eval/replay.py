@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float32, Int
 
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.action import ACTION_SIZE
 from clutter6d.envs.termination import TerminationConfig
 from clutter6d.envs.vector_env import EnvConfig
@@ -16,7 +17,7 @@ from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.evaluator import ENGINE, REPORT_FILE, episode_keys, mean_floor
 from clutter6d.eval.policy import Episode, PolicyInput
 from clutter6d.eval.report import Report, make_report
-from clutter6d.eval.runner import EpisodeKey, EpisodeRunner, EpisodeScenes
+from clutter6d.eval.runner import EpisodeKey, EpisodeRunner
 from clutter6d.eval.tables import ACTIONS_FILE, EPISODES_FILE, read_actions, read_rows
 from clutter6d.schema import read_model
 
@@ -74,7 +75,7 @@ class Replay:
         InvalidValueError: The scenes are others, or the engine is another version.
     """
 
-    def __init__(self, folder: Path, scenes: EpisodeScenes) -> None:
+    def __init__(self, folder: Path, scenes: SceneCollection) -> None:
         self._scenes = scenes
         self.report = read_model(folder / REPORT_FILE, Report, what="report")
         self._check_origin()

@@ -2,12 +2,11 @@
 
 from collections import OrderedDict, deque
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float32, Int
 
-from clutter6d.assets.asset import Asset
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.termination import find_outcome, is_at_goal, is_dropped
 from clutter6d.envs.vector_env import ClutterVectorEnv, EnvConfig
 from clutter6d.errors import InvalidValueError
@@ -15,7 +14,6 @@ from clutter6d.eval.attempt import Attempt, Look
 from clutter6d.eval.episode import EpisodeRecord
 from clutter6d.eval.policy import Episode, Policy, PolicyInput, ask_policy, begin_episodes
 from clutter6d.physics import CONTROL_STEP_S
-from clutter6d.scene import Scene
 from clutter6d.sim.scene_model import SceneModel, compile_stored_scene
 
 HOLD_STEPS = round(1.0 / CONTROL_STEP_S)
@@ -23,25 +21,6 @@ HOLD_STEPS = round(1.0 / CONTROL_STEP_S)
 
 Slots = Int[np.ndarray, "slot"]
 EpisodeKey = tuple[str, int]
-
-
-@runtime_checkable
-class EpisodeScenes(Protocol):
-    """Where scenes and their assets come from; a ``SceneSet`` is one."""
-
-    @property
-    def scenes(self) -> tuple[Scene, ...]:
-        """All scenes, by id."""
-        ...
-
-    @property
-    def sha256(self) -> str:
-        """Names exactly this set of scenes."""
-        ...
-
-    def assets_of(self, scene: Scene) -> Mapping[str, Asset]:
-        """The assets of a scene by content hash."""
-        ...
 
 
 class EpisodeRunner:
@@ -61,7 +40,7 @@ class EpisodeRunner:
 
     def __init__(
         self,
-        scenes: EpisodeScenes,
+        scenes: SceneCollection,
         policy: Policy,
         *,
         config: EnvConfig | None = None,

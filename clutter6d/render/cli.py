@@ -4,18 +4,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import track
 
 from clutter6d.assets.library import LIBRARY_FILE, AssetLibrary
-from clutter6d.errors import InvalidValueError, MissingFileError
+from clutter6d.dataset.scenes import SceneCollection, find_scenes, open_scenes
+from clutter6d.errors import InvalidValueError, UnknownNameError
 from clutter6d.eval.cli import SCENES_FILE, ScenesLocation
 from clutter6d.eval.evaluator import REPORT_FILE
 from clutter6d.eval.motion import replay_motions
-from clutter6d.eval.runner import EpisodeScenes
 from clutter6d.render.asset_picture import render_assets
 from clutter6d.render.camera import EPISODE_VIEW
 from clutter6d.render.picture import Image, render_rollout
@@ -24,7 +24,6 @@ from clutter6d.render.sheet import contact_sheet, write_image
 from clutter6d.render.video import write_video
 from clutter6d.render.viewer import open_viewer
 from clutter6d.scene import Scene
-from clutter6d.scenegen.scene_set import SceneSet
 from clutter6d.schema import read_model
 
 VIDEO_FPS = 20
@@ -34,7 +33,9 @@ SHEET_CELL_PX = 480
 SHEET_FILE = "contact_sheet.png"
 DEFAULT_SIZE_PX = (960, 720)
 
-PathArgument = Annotated[Path, typer.Argument(help="A folder of scenes, of one scene, of an evaluation, or of assets.")]
+PathArgument = Annotated[
+    Path, typer.Argument(help="A folder of scenes, of one scene, of an evaluation, or of assets; or a split.")
+]
 PairOption = Annotated[int, typer.Option(min=0, help="Goal pair to show; its goal is the green ghost.")]
 
 
@@ -47,13 +48,14 @@ def render(
     height: Annotated[int, typer.Option(help="Of a picture, in pixels.")] = DEFAULT_SIZE_PX[1],
     limit: Annotated[int, typer.Option(min=1, help="Draw at most so many scenes, episodes or assets.")] = 64,
     video: Annotated[bool, typer.Option(help="Also make a video of each scene, the camera swinging.")] = False,
-    scenes: Annotated[Path | None, typer.Option(help="Scenes of an evaluation, if they are elsewhere now.")] = None,
+    scenes: Annotated[str | None, typer.Option(help="Scenes of an evaluation, if they are elsewhere now.")] = None,
 ) -> None:
     """Draw two stills of each scene and a contact sheet; or a video of each episode; or a sheet of all assets.
 
     Videos of episodes run at twice real time.
     """
-    console, folder = Console(markup=False, emoji=False), out or path / "pictures"
+    folder = out or (path / "pictures" if path.exists() else Path("pictures") / path)
+    console = Console(markup=False, emoji=False)
     task = _Task(folder=folder, width=width, height=height, backend=backend, console=console)
     if (path / LIBRARY_FILE).is_file():
         _draw_library(AssetLibrary.open(path), limit, task)
@@ -62,8 +64,8 @@ def render(
         shown = _draw_episodes(path, scenes, limit, task)
         console.print(f"drew {len(shown)} episodes to {folder}, their ends together in {folder / SHEET_FILE}")
     else:
-        scene_set, found = find_scenes(path)
-        shown = _draw_scenes(scene_set, found[:limit], pair, video, task)
+        collection, found = find_scenes(path)
+        shown = _draw_scenes(collection, found[:limit], pair, video, task)
         left_out = f" (of {len(found)}; --limit allows more)" if len(found) > len(shown) else ""
         console.print(f"drew {len(shown)} scenes{left_out} to {folder}, all together in {folder / SHEET_FILE}")
     sheet = contact_sheet(list(shown.values()), list(shown), SHEET_COLUMNS, cell_width=SHEET_CELL_PX)
@@ -72,8 +74,11 @@ def render(
 
 def view(path: PathArgument, pair: PairOption = 0, scene: Annotated[str, typer.Option(help="Scene id.")] = "") -> None:
     """Open one scene in MuJoCo's interactive viewer, running; needs a display."""
-    scene_set, scenes = find_scenes(path / "scenes" / scene if scene else path)
-    shown = picture_model(scenes[0], scene_set.assets_of(scenes[0]), pair)
+    scenes, found = find_scenes(path)
+    chosen = next((item for item in found if item.scene_id == scene), None) if scene else found[0]
+    if chosen is None:
+        raise UnknownNameError(f"scene of {path}", scene, [item.scene_id for item in found])
+    shown = picture_model(chosen, scenes.assets_of(chosen), pair)
     open_viewer(shown)
 
 
@@ -99,12 +104,12 @@ def _draw_library(library: AssetLibrary, limit: int, task: _Task) -> None:
 
 
 def _draw_scenes(
-    scene_set: SceneSet, scenes: Sequence[Scene], pair: int, is_moving: bool, task: _Task
+    collection: SceneCollection, scenes: Sequence[Scene], pair: int, is_moving: bool, task: _Task
 ) -> dict[str, Image]:
     """Write stills (and videos) of scenes; returns one picture of each for the contact sheet."""
     shown: dict[str, Image] = {}
     for scene in track(scenes, description="drawing scenes", console=task.console, transient=True):
-        assets = scene_set.assets_of(scene)
+        assets = collection.assets_of(scene)
         pictures = render_scene(scene, assets, pair, width=task.width, height=task.height, backend=task.backend)
         shown[scene.scene_id] = pictures[1]
         for name, picture in zip(("scene", "table"), pictures, strict=True):
@@ -115,15 +120,15 @@ def _draw_scenes(
     return shown
 
 
-def _draw_episodes(path: Path, scenes: Path | None, limit: int, task: _Task) -> dict[str, Image]:
+def _draw_episodes(path: Path, scenes: str | None, limit: int, task: _Task) -> dict[str, Image]:
     """Write a video of each episode; returns the last frame of each for the contact sheet."""
-    found = scenes or Path(read_model(path / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes)
-    scene_set = SceneSet.open(found)
-    motions = islice(replay_motions(path, cast(EpisodeScenes, scene_set)), limit)
+    found = scenes or read_model(path / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes
+    collection = open_scenes(found)
+    motions = islice(replay_motions(path, collection), limit)
     shown: dict[str, Image] = {}
     for motion in track(motions, description="drawing episodes", console=task.console, transient=True, total=None):
         scene, row = motion.scene, motion.row
-        model = picture_model(scene, scene_set.assets_of(scene), row.pair).model
+        model = picture_model(scene, collection.assets_of(scene), row.pair).model
         frames = render_rollout(
             model, motion.qpos, EPISODE_VIEW, width=task.width, height=task.height, backend=task.backend
         )
@@ -139,22 +144,3 @@ def _keep_last(frames: Iterator[Image], shown: dict[str, Image], label: str) -> 
     for frame in frames:
         shown[label] = frame
         yield frame
-
-
-def find_scenes(path: Path) -> tuple[SceneSet, Sequence[Scene]]:
-    """The scenes that a path means, and the set they belong to.
-
-    Args:
-        path: A scene set's folder, or the folder ``scenes/<scene_id>`` of one scene in it.
-
-    Raises:
-        MissingFileError: It is neither.
-        InvalidFileError: The set or the scene is damaged.
-    """
-    if not (path / "scene.json").is_file():
-        return (scene_set := SceneSet.open(path)), scene_set.scenes
-    scene_set = SceneSet.open(path.resolve().parent.parent)
-    scenes = [scene for scene in scene_set.scenes if scene.scene_id == path.resolve().name]
-    if not scenes:
-        raise MissingFileError("scene", path, "give a folder of scenes, or scenes/<scene_id> in one")
-    return scene_set, scenes

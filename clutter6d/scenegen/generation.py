@@ -10,7 +10,7 @@ from clutter6d.errors import Clutter6DError, GenerationError
 from clutter6d.executor import LOCAL, Executor, TaskResult, map_tasks
 from clutter6d.scenegen.certificate import GENERATOR_VERSION
 from clutter6d.scenegen.generator import SceneGenerator, scene_id
-from clutter6d.scenegen.scene_set import GenerationRecord, SceneSet, SceneSetFile, library_sha256
+from clutter6d.scenegen.scene_set import GenerationRecord, SceneSet, SceneSetFile, assets_sha256
 from clutter6d.scenegen.track import Track
 
 
@@ -33,28 +33,32 @@ class SceneTask:
     def __call__(self, index: int) -> str:
         """Generate scene ``index``, store it, and return its id."""
         start = time.monotonic()
-        scene_generator = _generator_of(self)
+        scene_generator, scene_set = _open(self)
         made = scene_generator.generate(index)
         record = GenerationRecord(failures=dict(made.failures), seconds=time.monotonic() - start)
-        SceneSet.open(self.out).add(made.scene, scene_generator.assets_of(made.scene), record)
+        scene_set.add(made.scene, scene_generator.assets_of(made.scene), record)
         return made.scene.scene_id
 
 
-_generators: dict[SceneTask, SceneGenerator] = {}
+_opened: dict[SceneTask, tuple[SceneGenerator, SceneSet]] = {}
 
 
-def _generator_of(task: SceneTask) -> SceneGenerator:
-    """The generator of a task, kept between calls so that a worker reads each asset once."""
-    if task not in _generators:
-        _generators.clear()
-        _generators[task] = SceneGenerator(AssetLibrary.open(task.library), task.track, task.seed)
-    return _generators[task]
+def _open(task: SceneTask) -> tuple[SceneGenerator, SceneSet]:
+    """The generator and the scene set of a task, kept between calls so that a worker reads and stores an asset once."""
+    if task not in _opened:
+        _opened.clear()
+        generator = SceneGenerator(AssetLibrary.open(task.library), task.track, task.seed)
+        _opened[task] = generator, SceneSet.open(task.out)
+    return _opened[task]
 
 
 def open_for_generation(library: AssetLibrary, track: Track, seed: int, out: Path) -> SceneSet:
     """Start or continue the scene set of a track, a seed and a library."""
     header = SceneSetFile(
-        track=track.name, seed=seed, library_sha256=library_sha256(library), generator_version=GENERATOR_VERSION
+        track=track.name,
+        seed=seed,
+        library_sha256=assets_sha256(library.index()["content_hash"]),
+        generator_version=GENERATOR_VERSION,
     )
     SceneGenerator(library, track, seed)  # refuses a library that is too small before anything is written
     return SceneSet.create(out, header)
@@ -77,6 +81,7 @@ def generate_scenes(
     Raises:
         GenerationError: A scene could not be made; the others are kept.
     """
+    _opened.clear()  # the folders may have changed since an earlier run of this process
     task = SceneTask(library=library.path.resolve(), track=track, seed=seed, out=scene_set.path.resolve())
     missing = [index for index in indices if not has_scene(scene_set, track, seed, index)]
     for result in map_tasks(task, missing, workers=workers, executor=executor):

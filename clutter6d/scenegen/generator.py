@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clutter6d.assets.asset import Asset
-from clutter6d.assets.library import AssetLibrary
+from clutter6d.assets.collection import AssetCollection
 from clutter6d.errors import GenerationError, InvalidValueError
 from clutter6d.scene import TABLE, Scene, SceneGraph
 from clutter6d.scenegen.draft import Draft
@@ -53,7 +53,7 @@ class SceneGenerator:
 
     def __init__(
         self,
-        library: AssetLibrary,
+        library: AssetCollection,
         track: Track,
         seed: int,
         *,
@@ -150,7 +150,7 @@ class SceneGenerator:
         return self._assets[name]
 
 
-def _pools(library: AssetLibrary, track: Track, config: GeneratorConfig) -> dict[str, list[str]]:
+def _pools(library: AssetCollection, track: Track, config: GeneratorConfig) -> dict[str, list[str]]:
     """Names of the library's assets by what they may be in a scene, sorted."""
     index = library.index()
     small = index[index["size_class"] == "small"]

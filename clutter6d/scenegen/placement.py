@@ -101,7 +101,7 @@ def draw_orientations(
 def draw_positions(region: Region, count: int, rng: np.random.Generator) -> Float64[np.ndarray, "n 2"]:
     """Positions drawn evenly from a region."""
     low, high = np.array([region.x, region.y]).T
-    return rng.uniform(low, high, size=(count, 2))
+    return low + (high - low) * rng.random((count, 2))
 
 
 def is_on_table(
@@ -109,11 +109,11 @@ def is_on_table(
 ) -> Bool[np.ndarray, "n"]:
     """Whether whole footprints lie on the table."""
     quarter = len(DIRECTIONS) // 4
-    ends = np.stack([supports[:, 0], supports[:, quarter]], axis=1)
-    starts = np.stack([supports[:, 2 * quarter], supports[:, 3 * quarter]], axis=1)
-    half = np.array(TABLE_SIZE_M) / 2 - margin_m
-    is_inside = (positions + ends <= half) & (positions - starts >= -half)
-    return np.asarray(is_inside.all(axis=1))
+    half_x, half_y = (side / 2 - margin_m for side in TABLE_SIZE_M)
+    is_inside = (positions[:, 0] + supports[:, 0] <= half_x) & (positions[:, 1] + supports[:, quarter] <= half_y)
+    is_inside &= positions[:, 0] - supports[:, 2 * quarter] >= -half_x
+    is_inside &= positions[:, 1] - supports[:, 3 * quarter] >= -half_y
+    return is_inside
 
 
 class PlacementSearch:

@@ -8,7 +8,7 @@ library/                           the asset library of exactly the assets used
 
 import hashlib
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -44,9 +44,15 @@ class GenerationRecord(FileModel):
     seconds: float
 
 
-def library_sha256(library: AssetLibrary) -> str:
-    """Hash over the content hashes of all assets of a library."""
-    return hashlib.sha256("".join(sorted(library.index()["content_hash"])).encode()).hexdigest()
+def assets_sha256(content_hashes: Iterable[str]) -> str:
+    """Hash over the content hashes of some assets, in any order."""
+    return hashlib.sha256("".join(sorted(content_hashes)).encode()).hexdigest()
+
+
+def scenes_sha256(sha256_by_id: Mapping[str, str]) -> str:
+    """Hash over the ids and hashes of some scenes, in any order; names a set of scenes in every table."""
+    lines = (f"{scene_id} {sha256_by_id[scene_id]}\n" for scene_id in sorted(sha256_by_id))
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
 class SceneSet:
@@ -60,6 +66,7 @@ class SceneSet:
     def __init__(self, path: Path, header: SceneSetFile) -> None:
         self.path, self.header = path, header
         self._assets: dict[str, Asset] = {}
+        self._kept: set[str] = set()
 
     @classmethod
     def open(cls, path: Path | str) -> "SceneSet":
@@ -121,11 +128,8 @@ class SceneSet:
     @cached_property
     def sha256(self) -> str:
         """Hash over the bytes of all scene files; names the exact set in every table."""
-        digest = hashlib.sha256()
-        for scene in self.scenes:
-            file = self.scene_folder(scene.scene_id) / "scene.json"
-            digest.update(f"{scene.scene_id} {hashlib.sha256(file.read_bytes()).hexdigest()}\n".encode())
-        return digest.hexdigest()
+        files = {scene.scene_id: self.scene_folder(scene.scene_id) / "scene.json" for scene in self.scenes}
+        return scenes_sha256({name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items()})
 
     def assets_of(self, scene: Scene) -> Mapping[str, Asset]:
         """The assets of a scene by content hash.
@@ -159,8 +163,9 @@ class SceneSet:
 
     def add(self, scene: Scene, assets: Mapping[str, Asset], record: GenerationRecord) -> None:
         """Store a scene with its assets; the scene's file last, so that what is there is whole."""
-        for asset in assets.values():
+        for asset in (asset for key, asset in assets.items() if key not in self._kept):
             self.library.add(asset)
+        self._kept.update(assets)
         folder = self.scene_folder(scene.scene_id)
         write_model(folder / "generation.json", record)
         write_scene(folder / "scene.json", scene)
