@@ -7,6 +7,7 @@
 #   make test-slow   the long tests
 #   make test-real   the tests on the Debian furniture catalogue
 #   make bench       the speed measurements
+#   make web         the review page, into the package (needs Node.js and npm; only after changing web/review)
 #   make format      format and mend what the linter can mend
 #   make clean       delete .venv, demo/, site/ and the tools' caches
 
@@ -24,7 +25,7 @@ DEMO ?= demo
 WORKERS ?= $(shell getconf _NPROCESSORS_ONLN)
 export PYTHON
 
-.PHONY: help demo test test-slow test-real check docs bench format clean
+.PHONY: help demo test test-slow test-real check docs bench web format clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -70,6 +71,11 @@ docs: $(VENV)/.installed-docs
 bench: $(VENV)/.installed-core
 	@echo "make: measuring; leave the machine alone meanwhile"
 	@set -e; for script in benchmarks/*.py; do echo "make: $$script"; $(BIN)/python $$script; done
+
+web:
+	@command -v npm >/dev/null || { echo "make: install Node.js with npm first"; exit 1; }
+	@echo "make: building the review page into clutter6d/assets/review/static"
+	@npm ci --prefix web/review --ignore-scripts --silent && npm run build --prefix web/review --silent
 
 clean:
 	@rm -rf $(VENV) demo site .pytest_cache .ruff_cache .hypothesis .import_linter_cache
