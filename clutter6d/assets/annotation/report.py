@@ -43,7 +43,8 @@ def summary_table(outcomes: Sequence[Outcome], left: int, prices: Prices) -> Tab
         prices: Of the endpoint.
     """
     counts = Counter(outcome.status for outcome in outcomes)
-    table = Table("assets", "", title=f"{counts['annotated']} of {len(outcomes)} assets annotated")
+    title = f"{counts['annotated']} of {len(outcomes)} assets annotated"
+    table = Table("assets", "", title=title, min_width=len(title) + 2)
     table.add_row("annotated", str(counts["annotated"]))
     table.add_row("unchanged", str(counts["unchanged"]))
     if counts["unasked"]:
