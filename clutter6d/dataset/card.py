@@ -10,12 +10,13 @@ from PIL.Image import Image as PilImage
 
 from clutter6d.assets.asset import Asset
 from clutter6d.dataset.card_page import ASSETS_OF, SHEET_OF, CardContent, make_page
-from clutter6d.dataset.card_plots import plot_assets, plot_clutter, plot_difficulty, plot_goals
+from clutter6d.dataset.card_plots import check_matplotlib, plot_assets, plot_clutter, plot_difficulty, plot_goals
 from clutter6d.dataset.card_subject import CardSubject
 from clutter6d.dataset.measurement import Measurements, measure
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.errors import InvalidValueError
 from clutter6d.render.asset_picture import asset_pictures
+from clutter6d.render.backend import choose_backend
 from clutter6d.render.camera import TABLE_VIEW
 from clutter6d.render.scene_picture import render_scene
 from clutter6d.render.sheet import contact_sheet
@@ -74,9 +75,13 @@ def write_card(subject: CardSubject, page: Path, options: CardOptions, on_step: 
         The page.
 
     Raises:
-        MissingDependencyError: matplotlib is not installed.
+        MissingDependencyError: matplotlib is not installed, or the backend does not work here.
+        UnknownNameError: There is no such backend.
         StorageError: The page or a picture cannot be written.
     """
+    check_matplotlib()
+    if options.scenes:
+        choose_backend(options.backend)
     measured = {name: _measure(name, scenes, on_step) for name, scenes in subject.splits.items()}
     folder, pictures = page.with_suffix(""), dict[str, str]()
     for title, file, content in _draw(subject, measured, options, on_step):
@@ -99,13 +104,14 @@ def card_file(out: Path) -> Path:
     """The page that an ``--out`` means: itself if it is a Markdown file, else ``data-card.md`` in that folder.
 
     Raises:
-        InvalidValueError: It is a file of another kind.
+        InvalidValueError: It is a file of another kind, or the page is a folder.
     """
-    if out.suffix == ".md":
-        return out
-    if out.is_file():
+    page = out if out.suffix == ".md" else out / "data-card.md"
+    if page.is_dir():
+        raise InvalidValueError(f"--out {out}: {page} is a folder; choose another page")
+    if page != out and out.is_file():
         raise InvalidValueError(f"--out {out}: is a file; give a folder, or a page that ends in .md")
-    return out / "data-card.md"
+    return page
 
 
 def _measure(name: str, scenes: SceneCollection, on_step: OnStep) -> Measurements:

@@ -1,5 +1,6 @@
 """The plots of a data card: quiet, and on paper of their own, so that they read on light pages and on dark ones."""
 
+import importlib
 from collections.abc import Callable, Mapping, Sequence
 from io import BytesIO
 from textwrap import fill
@@ -125,19 +126,25 @@ def _colours(count: int) -> list[str]:
     return [_COLOURS[index % len(_COLOURS)] for index in range(count)]
 
 
-def _render(draw: Callable[[Any], None], size_inch: tuple[float, float]) -> bytes:
-    """A figure as PNG; equal input gives equal bytes with one version of matplotlib.
+def check_matplotlib() -> None:
+    """See that plots can be drawn.
 
     Raises:
         MissingDependencyError: matplotlib is not installed.
     """
     try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
+        importlib.import_module("matplotlib.figure")
     except ImportError:
         raise MissingDependencyError(
             'a data card needs matplotlib, which is not installed; run: pip install "clutter6d[card]"'
         ) from None
+
+
+def _render(draw: Callable[[Any], None], size_inch: tuple[float, float]) -> bytes:
+    """A figure as PNG; equal input gives equal bytes with one version of matplotlib."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
     buffer = BytesIO()
     with rc_context(_STYLE):
         figure = Figure(figsize=size_inch, layout="constrained")

@@ -13,10 +13,10 @@ from clutter6d.assets.asset import Asset
 from clutter6d.assets.collection import AssetCollection
 from clutter6d.dataset.dataset import Dataset, dataset_names, open_dataset
 from clutter6d.dataset.manifest import MANIFEST_FILE
-from clutter6d.dataset.scenes import SceneCollection, open_scenes, split_names
+from clutter6d.dataset.scenes import SceneCollection, load_split, split_names
 from clutter6d.dataset.split import Split
 from clutter6d.errors import UnknownNameError
-from clutter6d.scenegen.scene_set import SceneSet
+from clutter6d.scenegen.scene_set import HEADER, SceneSet
 
 # The scenes of a split and of a folder are cached properties, which the type checker takes for no properties.
 Facts = Sequence[tuple[str, str]]
@@ -51,16 +51,16 @@ def open_subject(name_or_folder: str) -> CardSubject:
         InvalidFileError: What is there is damaged.
         MissingFileError: The data set's assets are not installed.
     """
-    if name_or_folder in dataset_names() or (Path(name_or_folder) / MANIFEST_FILE).is_file():
+    path = Path(name_or_folder)
+    if name_or_folder in dataset_names() or (path / MANIFEST_FILE).is_file():
         return _of_dataset(open_dataset(name_or_folder))
+    if (path / HEADER).is_file():
+        return _of_folder(SceneSet.open(path))
     try:
-        scenes = open_scenes(name_or_folder)
+        return _of_split(name_or_folder, load_split(name_or_folder))
     except UnknownNameError:
         known = [*dataset_names(), *split_names()]
         raise UnknownNameError("data set, split or folder of scenes", name_or_folder, known) from None
-    if isinstance(scenes, Split):
-        return _of_split(name_or_folder, scenes)
-    return _of_folder(SceneSet.open(name_or_folder))
 
 
 def _of_dataset(dataset: Dataset) -> CardSubject:
@@ -78,7 +78,10 @@ def _of_dataset(dataset: Dataset) -> CardSubject:
 def _facts_of(dataset: Dataset) -> Facts:
     manifest = dataset.manifest
     pools = [
-        (f"pool {name}", f"{pool.assets:,} assets from {pool.source} {_said(pool.options)}".strip())
+        (
+            f"pool {name}",
+            f"{pool.assets:,} assets, {pool.description or 'all'}; source {pool.source}{_said(pool.options)}",
+        )
         for name, pool in manifest.pools.items()
     ]
     splits = [
@@ -95,7 +98,8 @@ def _facts_of(dataset: Dataset) -> Facts:
 
 
 def _said(options: Mapping[str, object]) -> str:
-    return f"({', '.join(f'{name} {value}' for name, value in options.items())})" if options else ""
+    """The short ones of a source's options."""
+    return "".join(f", {name} {value}" for name, value in options.items() if isinstance(value, str | int | float))
 
 
 def _of_split(name: str, split: Split) -> CardSubject:
@@ -111,6 +115,7 @@ def _of_split(name: str, split: Split) -> CardSubject:
 
 
 def _of_folder(scenes: SceneSet) -> CardSubject:
+    _ = scenes.scenes  # a damaged one is refused here
     header, split = scenes.header, scenes.path.resolve().name
     collection = cast(SceneCollection, scenes)
     return CardSubject(

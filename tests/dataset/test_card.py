@@ -1,6 +1,7 @@
 """The data card: what it says is what was measured, and its pictures are where it says."""
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from clutter6d.dataset.card import CardOptions, CardStep, card_file, write_card
 from clutter6d.dataset.card_subject import CardSubject, open_subject
 from clutter6d.dataset.card_tables import count_shared_assets, markdown_table
 from clutter6d.dataset.measurement import measure
-from clutter6d.errors import InvalidValueError, StorageError, UnknownNameError
+from clutter6d.errors import InvalidValueError, MissingDependencyError, StorageError, UnknownNameError
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
 
 OPTIONS = CardOptions(scenes=1, assets=2, backend="raycast")
@@ -100,3 +101,11 @@ def test_assets_shared_by_train_and_test_are_counted() -> None:
 
 def test_a_bar_in_a_cell_does_not_end_it() -> None:
     assert markdown_table(("a", "b"), [("x|y", "1")]).splitlines()[-1] == r"| x\|y | 1 |"
+
+
+def test_without_matplotlib_it_says_what_to_install(
+    subject: CardSubject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(MissingDependencyError, match=r'pip install "clutter6d\[card\]"'):
+        write_card(subject, tmp_path / "card.md", OPTIONS)

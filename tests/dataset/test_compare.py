@@ -1,5 +1,7 @@
 """Comparing: equal sets are told equal, and different ones differ where they do."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +13,8 @@ from clutter6d.dataset.compare_page import comparison_page, comparison_tables
 from clutter6d.dataset.figures import show
 from clutter6d.dataset.measurement import measure
 from clutter6d.seeding import generator
-from tests.scene_fixtures import make_box_scene_set
+from tests.bad_inputs.harness import run_command
+from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
 
 
 def measured_boxes(scenes: int, sha256: str = "a" * 64) -> MeasuredSplit:
@@ -74,3 +77,23 @@ def test_values_are_shown_in_their_unit(value: float, unit: str, shown: str) -> 
 def test_differences_of_shares_are_points() -> None:
     assert show(0.1, "%", is_difference=True) == "+10.0 points"
     assert show(1e-12, "mm", is_difference=True) == "0"
+
+
+def test_the_exit_code_says_whether_scenes_differ(tmp_path: Path) -> None:
+    for count in (1, 2):
+        write_box_scene_set(tmp_path / f"boxes-{count}", count)
+    one, two = str(tmp_path / "boxes-1"), str(tmp_path / "boxes-2")
+    assert run_command(["dataset", "compare", one, two]).code == 0
+    assert run_command(["dataset", "compare", one, two, "--exit-code"]).code == 1
+    assert run_command(["dataset", "compare", one, one, "--exit-code"]).code == 0
+
+
+def test_the_page_holds_what_is_printed(tmp_path: Path) -> None:
+    for count in (1, 2):
+        write_box_scene_set(tmp_path / f"boxes-{count}", count)
+    page = tmp_path / "compare.md"
+    done = run_command(["dataset", "compare", str(tmp_path / "boxes-1"), str(tmp_path / "boxes-2"), "--out", str(page)])
+    assert done.code == 0
+    assert "| boxes-1, boxes-2 | different | 4 | 8 | 4 |" in page.read_text()
+    assert "gap between obstacles" in done.out
+    assert "| gap between obstacles | 0" in page.read_text()
