@@ -24,11 +24,13 @@ INTERRUPTED = 130
 SUMMARIES = {
     "assets": "Make assets from meshes; list, show and verify them.",
     "generate": "Generate certified scenes of a track.",
+    "estimate": "Plan a large run: hours, cores, bytes.",
     "dataset": "Look at, check, make and compare frozen data sets.",
     "evaluate": "Run a policy on scenes and write its table.",
     "replay": "Re-simulate an evaluation and compare it to the bit.",
     "render": "Draw stills, contact sheets and videos.",
     "view": "Open a scene in MuJoCo's viewer.",
+    "export": "Write scenes as MJCF, USD, USDZ or GLB.",
 }
 """What the root help says of the built-in commands, so that it need not import them; in the order of a user's work."""
 

@@ -22,6 +22,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
 
 from clutter6d.assets.asset import Asset
 from clutter6d.errors import StorageError
+from clutter6d.export.fixtures import fixtures, geom_colour
 from clutter6d.export.licences import licence_table
 from clutter6d.export.mjcf import GHOST_OPACITY, GHOST_RGB
 from clutter6d.export.usd_metadata import KEY, object_data, scene_data
@@ -37,7 +38,7 @@ from clutter6d.export.usd_prims import (
     quatd,
     unique_identifiers,
 )
-from clutter6d.export.usd_robot import define_box, define_robot, fixtures
+from clutter6d.export.usd_robot import define_box, define_robot
 from clutter6d.scene import TABLE, Scene
 from clutter6d.schema import write_bytes
 
@@ -84,11 +85,11 @@ def _define_physics_scene(stage: Usd.Stage) -> None:
 def _define_table(stage: Usd.Stage) -> None:
     table = UsdGeom.Xform.Define(stage, WORLD.AppendChild(TABLE))
     Usd.ModelAPI(table.GetPrim()).SetKind("component")
-    geom = fixtures()[0].geom(TABLE)
+    model = fixtures()[0]
+    geom = model.geom(TABLE)
     top = define_box(stage, table.GetPath().AppendChild("top"))
     place(top, geom.pos, geom.quat).AddScaleOp().Set(Gf.Vec3f(*(2 * geom.size).tolist()))
-    red, green, blue, alpha = geom.rgba.tolist()
-    bind_look(top.GetPrim(), define_colour(stage, table.GetPath().AppendChild("look"), (red, green, blue, alpha)))
+    bind_look(top.GetPrim(), define_colour(stage, table.GetPath().AppendChild("look"), geom_colour(model, geom.id)))
     make_collider(top.GetPrim(), define_friction(stage, table.GetPath().AppendChild("friction"), geom.friction[0]))
 
 
@@ -158,7 +159,7 @@ def export_usdz(scene: Scene, assets: Mapping[str, Asset], folder: Path) -> Path
     with tempfile.TemporaryDirectory() as scratch:
         crate = _export_crate(scene, assets, Path(scratch) / "scene.usdc")
         package = Path(scratch) / "scene.usdz"
-        os.utime(crate, (PACKAGE_TIME,) * 2)
+        os.utime(crate, (PACKAGE_TIME, PACKAGE_TIME))
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(crate)), str(package)):
             raise StorageError(f"cannot write {package}: OpenUSD could not make the package; is the disk full?")
         content = package.read_bytes()

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+from clutter6d.export.colour import srgb_to_linear
 from clutter6d.geometry import quat_from_matrix
 
-Vector = tuple[float, float, float]
 PHYSICS_PURPOSE = "physics"
 
 
@@ -74,13 +74,6 @@ def define_colour(stage: Usd.Stage, path: Sdf.Path, rgba: tuple[float, float, fl
     shader.CreateInput("metallic", Sdf.ValueTypeNames.Float).Set(0.0)
     material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
     return material
-
-
-def srgb_to_linear(colour: Iterable[float]) -> Vector:
-    """Light intensities of a screen colour (IEC 61966-2-1)."""
-    value = np.clip(np.array(list(colour), dtype=np.float64), 0, 1)
-    red, green, blue = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    return float(red), float(green), float(blue)
 
 
 def define_friction(stage: Usd.Stage, path: Sdf.Path, friction: float) -> UsdShade.Material:

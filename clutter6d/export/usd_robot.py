@@ -8,7 +8,6 @@
 {path}/no_self_contact   collision group: the robot does not touch itself
 """
 
-from functools import cache
 from math import pi
 from typing import Any
 
@@ -16,6 +15,7 @@ import mujoco
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+from clutter6d.export.fixtures import fixtures, geom_colour, geom_mesh, geoms_of, robot_bodies
 from clutter6d.export.usd_prims import (
     add_vendor_schema,
     bind_look,
@@ -30,20 +30,9 @@ from clutter6d.export.usd_prims import (
 from clutter6d.geometry import quat_to_matrix
 from clutter6d.sim.robot import HOME_QPOS
 from clutter6d.sim.robot_facts import JOINT_VELOCITY_RAD_S
-from clutter6d.sim.scene_model import build_scene_spec
 
 _FLOAT, _BOOL = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Bool
 _PER_DEGREE = pi / 180
-
-
-@cache
-def fixtures() -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Table and robot with its visuals, at its home posture: what all scenes have in common."""
-    model = build_scene_spec((), visuals=True).compile()
-    data = mujoco.MjData(model)
-    data.qpos[:] = HOME_QPOS
-    mujoco.mj_kinematics(model, data)
-    return model, data
 
 
 def define_robot(stage: Usd.Stage, path: Sdf.Path) -> UsdGeom.Xform:
@@ -62,9 +51,9 @@ def define_robot(stage: Usd.Stage, path: Sdf.Path) -> UsdGeom.Xform:
     model, data = fixtures()
     frictions = _Materials(stage, path.AppendChild("materials"))
     UsdGeom.Scope.Define(stage, path.AppendChild("joints"))
-    for body in range(1, model.nbody):
+    for body in robot_bodies(model):
         _define_link(stage, path, model, data, body, frictions)
-    for body in range(1, model.nbody):
+    for body in robot_bodies(model):
         _define_joint(stage, path, model, body)
     group = UsdPhysics.CollisionGroup.Define(stage, path.AppendChild("no_self_contact"))
     group.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget(path)
@@ -104,9 +93,8 @@ def _define_link(
     make_rigid_body(link.GetPrim(), float(model.body_mass[body]), model.body_ipos[body], inertia)
     # The arm's own controller carries its weight, as gravcomp does in the MJCF.
     add_vendor_schema(link.GetPrim(), "PhysxRigidBodyAPI", {"physxRigidBody:disableGravity": (_BOOL, True)})
-    start, count = model.body_geomadr[body], model.body_geomnum[body]
     for kind, collides in (("visual", False), ("collision", True)):
-        geoms = [geom for geom in range(start, start + count) if bool(model.geom_contype[geom]) == collides]
+        geoms = geoms_of(model, body, colliding=collides)
         if not geoms:
             continue
         below = UsdGeom.Xform.Define(stage, path.AppendChild(kind))
@@ -117,8 +105,7 @@ def _define_link(
             if collides:
                 make_collider(prim, materials.friction(float(model.geom_friction[geom, 0])))
             else:
-                red, green, blue, alpha = (float(value) for value in model.geom_rgba[geom])
-                bind_look(prim, materials.colour((red, green, blue, alpha)))
+                bind_look(prim, materials.colour(geom_colour(model, geom)))
 
 
 def _define_geom(stage: Usd.Stage, path: Sdf.Path, model: mujoco.MjModel, geom: int) -> Usd.Prim:
@@ -134,10 +121,7 @@ def _define_geom(stage: Usd.Stage, path: Sdf.Path, model: mujoco.MjModel, geom: 
         case mujoco.mjtGeom.mjGEOM_BOX:
             shape = define_box(stage, path)
         case _:
-            mesh = model.mesh(model.geom_dataid[geom])
-            vertices = model.mesh_vert[mesh.vertadr[0] : mesh.vertadr[0] + mesh.vertnum[0]]
-            faces = model.mesh_face[mesh.faceadr[0] : mesh.faceadr[0] + mesh.facenum[0]]
-            shape = define_mesh(stage, path, vertices, faces)
+            shape = define_mesh(stage, path, *geom_mesh(model, geom))
     place(shape, model.geom_pos[geom], model.geom_quat[geom])
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
         shape.AddScaleOp().Set(Gf.Vec3f(*(2 * float(half) for half in size)))

@@ -13,14 +13,12 @@ from clutter6d.assets.named_libraries import open_library
 from clutter6d.dataset.figures import FIGURES, show
 from clutter6d.dataset.measurement import measure
 from clutter6d.dataset.scenes import SceneCollection
-from clutter6d.errors import InvalidValueError
 from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
-from clutter6d.export.mjcf import export_mjcf
+from clutter6d.export.cli import FORMATS_HELP, export_all
+from clutter6d.export.formats import parse_formats
 from clutter6d.scenegen.generation import generate_scenes, has_scene, open_for_generation
 from clutter6d.scenegen.scene_set import SceneSet
 from clutter6d.scenegen.track import find_track
-
-EXPORTERS = {"mjcf": export_mjcf}
 
 
 def generate(
@@ -32,11 +30,11 @@ def generate(
     library: Annotated[str, typer.Option(help="A source's name, or the folder of an asset library.")] = "procedural",
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
     executor: Annotated[str, typer.Option(help=EXECUTOR_HELP)] = "local",
-    export: Annotated[str, typer.Option(help="Formats to export to, separated by commas: mjcf.")] = "",
+    export: Annotated[str, typer.Option(help=FORMATS_HELP)] = "",
 ) -> None:
     """Generate certified scenes with 16 goal pairs each."""
     console = Console(markup=False, emoji=False)
-    formats, where = _parse_formats(export), parse_executor(executor)
+    formats, where = parse_formats(export), parse_executor(executor)
     chosen, indices = find_track(track), range(first, first + scenes)
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
@@ -48,10 +46,7 @@ def generate(
             progress.advance(bar)
     scene_set = SceneSet.open(out)
     _print_summary(scene_set, console)
-    for name in formats:
-        for scene in scene_set.scenes:
-            EXPORTERS[name](scene, scene_set.assets_of(scene), out / name / scene.scene_id)
-        console.print(f"exported {len(scene_set.scenes)} scenes to {out / name}")
+    export_all(cast(SceneCollection, scene_set), scene_set.scenes, out, formats, console)
 
 
 def _open_library(library: str, workers: int, executor: Executor, progress: Progress) -> AssetLibrary:
@@ -63,14 +58,6 @@ def _open_library(library: str, workers: int, executor: Executor, progress: Prog
         executor=executor,
         on_progress=lambda done, total: progress.update(bar, completed=done, total=total, visible=True),
     )
-
-
-def _parse_formats(export: str) -> list[str]:
-    formats = [name.strip() for name in export.split(",") if name.strip()]
-    unknown = sorted(set(formats) - EXPORTERS.keys())
-    if unknown:
-        raise InvalidValueError(f"--export: unknown format '{unknown[0]}' (known: {', '.join(EXPORTERS)})")
-    return formats
 
 
 def _print_summary(scene_set: SceneSet, console: Console) -> None:
