@@ -4,6 +4,7 @@ import contextlib
 import getpass
 import threading
 import webbrowser
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -39,6 +40,9 @@ from clutter6d.assets.sources.base import AssetSource
 from clutter6d.assets.sources.registry import make_source, source_names
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
 from clutter6d.executor import EXECUTOR_HELP, parse_executor
+from clutter6d.render.asset_picture import asset_views
+from clutter6d.render.backend import choose_backend
+from clutter6d.render.sheet import png_of
 from clutter6d.schema import write_bytes
 
 app = typer.Typer(no_args_is_help=True, help="Make assets from meshes; list, show and verify them.")
@@ -68,7 +72,7 @@ def process(
     """Turn the meshes of a source into assets; whatever cannot become one is reported with its reason."""
     console, where = Console(markup=False, emoji=False), parse_executor(executor)
     given = {"seed": seed, "unit": unit, "up": up, "licence": licence, "author": author}
-    chosen = _find_source(source, limit, max_size_cm, max_vertices, {k: v for k, v in given.items() if v is not None})
+    chosen = find_source(source, limit, max_size_cm, max_vertices, {k: v for k, v in given.items() if v is not None})
     decomposition = DecompositionSettings(max_parts=max_parts, max_part_vertices=max_part_vertices)
     settings = ProcessingSettings(decomposition=decomposition)
     items = chosen.objects()[:limit]
@@ -141,6 +145,7 @@ def annotate(
     if by == "vlm":
         endpoint = settings_from_environment(model=model, base_url=base_url, timeout_s=timeout, retries=retries)
         annotator = VlmAnnotator(Endpoint(endpoint), AnswerMemory(library / ANSWERS_FOLDER, endpoint.model))
+        backend = choose_backend(backend)
         console.print(f"asking {endpoint.model} at {endpoint.shown_url}", soft_wrap=True, highlight=False)
     names = names_to_annotate(opened, settings)
     outcomes: list[Outcome] = []
@@ -156,9 +161,6 @@ def annotate(
 
 def _views(asset: Asset, *, backend: str) -> tuple[bytes, ...]:
     """What an annotator is shown of an asset."""
-    from clutter6d.render.asset_picture import asset_views
-    from clutter6d.render.sheet import png_of
-
     return tuple(png_of(view) for view in asset_views(asset, VIEW_ANGLES_DEG, size_px=VIEW_SIDE_PX, backend=backend))
 
 
@@ -208,10 +210,15 @@ def _user_name() -> str:
         raise InvalidValueError("nobody is logged in; say who decides with --reviewer NAME") from None
 
 
-def _find_source(
-    source: str, limit: int | None, max_size_cm: float | None, max_vertices: int | None, options: dict[str, Any]
+def find_source(
+    source: str,
+    limit: int | None = None,
+    max_size_cm: float | None = None,
+    max_vertices: int | None = None,
+    given: Mapping[str, Any] | None = None,
 ) -> AssetSource:
     """A source by name; or a folder's: of furniture catalogues if it has any, else of meshes."""
+    options = dict(given or {})
     if max_vertices is not None:
         options["limits"] = MeshLimits(max_vertices=max_vertices, max_bytes=max(5_000_000, 100 * max_vertices))
     if max_size_cm is not None:

@@ -41,8 +41,7 @@ class EndpointSettings:
     retries: int = 5
 
     def __post_init__(self) -> None:
-        parts = urlsplit(self.base_url) if self.base_url is not None else None
-        if parts is not None and (parts.scheme not in ("http", "https") or not parts.hostname):
+        if self.base_url is not None and not _is_address(self.base_url):
             raise InvalidValueError(
                 f"--base-url '{self.base_url}' is no address; give one like http://127.0.0.1:8000/v1"
             )
@@ -185,6 +184,14 @@ class Endpoint:
         cause = f" ({error.__cause__})" if error.__cause__ is not None else ""
         line = " ".join(f"{getattr(error, 'message', error)}{cause}".split())
         return line.replace(self._key, "***")[:_MAX_DETAIL].rstrip(".")
+
+
+def _is_address(url: str) -> bool:
+    try:
+        parts = urlsplit(url)
+        return parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        return False
 
 
 def _format_argument(form: str, schema: dict[str, Any]) -> dict[str, Any]:
