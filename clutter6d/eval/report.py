@@ -14,8 +14,12 @@ from clutter6d.eval.metrics import bootstrap_interval, wilson_interval
 from clutter6d.schema import FileModel
 
 OFFICIAL_PAIRS = 16
-OFFICIAL_SPLITS: dict[str, str] = {}
-"""SHA-256 of the frozen test splits, by track; empty until the benchmark's splits are frozen."""
+OFFICIAL_SPLITS = {
+    "sparse": "fa85f3b14e5681490af2087bb2cbe47f822411e3764369f7f3ceecedfc8d7715",
+    "moderate": "5d591f8fe74df27975d65bc37d23cdb67fecf2dbbc28aec7ef5d8048ff836350",
+    "dense": "8dc86b90a431afb237e211e1ee88be9c2b28109ddbda385bd1e2db1d2a834467",
+}
+"""SHA-256 of the test splits of Clutter6D v1, by track."""
 Label = Literal["official", "quick", "not official"]
 
 
@@ -63,11 +67,11 @@ class RunSettings(FileModel):
 
     @property
     def label(self) -> Label:
-        """``official`` for all pairs of a frozen test split, ``not official`` with other rules, ``quick`` otherwise."""
-        if self.max_steps != MAX_CONTROL_STEPS or self.action_config() != ActionConfig():
-            return "not official"
+        """``official`` for all pairs of a frozen test split, ``quick`` for fewer; ``not official`` for anything else."""
         is_frozen = len(self.tracks) == 1 and OFFICIAL_SPLITS.get(self.tracks[0]) == self.split_sha256
-        return "official" if is_frozen and self.pairs == OFFICIAL_PAIRS else "quick"
+        if not is_frozen or self.max_steps != MAX_CONTROL_STEPS or self.action_config() != ActionConfig():
+            return "not official"
+        return "official" if self.pairs == OFFICIAL_PAIRS else "quick"
 
 
 class Report(FileModel):

@@ -23,7 +23,9 @@ from clutter6d.scenegen.track import find_track
 
 def generate(
     track: Annotated[str, typer.Option(help="sparse (4 objects), moderate (8) or dense (12).")],
-    out: Annotated[Path, typer.Option(help="Folder of the scenes; an unfinished one is continued.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the scenes, scenes/TRACK by default; an unfinished one is continued.")
+    ] = None,
     scenes: Annotated[int, typer.Option(min=1, help="Number of scenes.")] = 16,
     first: Annotated[int, typer.Option(min=0, help="Index of the first scene.")] = 0,
     seed: Annotated[int, typer.Option(help="Scene i of a seed is always the same scene.")] = 0,
@@ -36,6 +38,7 @@ def generate(
     console = Console(markup=False, emoji=False)
     formats, where = parse_formats(export), parse_executor(executor)
     chosen, indices = find_track(track), range(first, first + scenes)
+    out = out or Path("scenes") / chosen.name
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console) as progress:
         assets = _open_library(library, workers, where, progress)
