@@ -229,11 +229,12 @@ class AssetLibrary:
         return tuple(sorted(records, key=lambda record: (record.source, record.key)))
 
     def verify(self) -> tuple[str, ...]:
-        """Read and check everything.
+        """Look at the folder afresh; read and check everything.
 
         Returns:
             One line per problem; none if every asset has its hash and every record its asset.
         """
+        self._folders = None
         problems: list[str] = []
         for name in self.names(with_rejected=True):
             try:

@@ -15,6 +15,9 @@ from clutter6d.cli import run
 from tests.assets.annotation.endpoint_server import KEY, MODEL, EndpointServer, Said, good, serve
 from tests.assets.annotation.test_run import name_in
 
+PATIENCE_S = 150
+"""For a command to start and draw; far less than the server is silent."""
+
 
 @pytest.fixture(autouse=True)
 def _environment(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +67,7 @@ def test_killed_in_the_middle_nothing_is_lost_and_nothing_asked_twice(library: A
     def hang_at_the_third(question: dict) -> Said:
         if len(server.questions) == 3:
             is_third_asked.set()
-            return Said(text=None, delay_s=20.0)
+            return Said(text=None, delay_s=300.0)
         return good()
 
     with serve(hang_at_the_third) as server:
@@ -72,7 +75,7 @@ def test_killed_in_the_middle_nothing_is_lost_and_nothing_asked_twice(library: A
         script = "from clutter6d.cli import main; main()"
         process = subprocess.Popen([sys.executable, "-c", script, *arguments], stdout=subprocess.DEVNULL)
         try:
-            assert is_third_asked.wait(60)
+            assert is_third_asked.wait(PATIENCE_S)
         finally:
             os.kill(process.pid, signal.SIGKILL)
             process.wait()
@@ -91,16 +94,16 @@ def test_interrupted_it_stops_at_once_and_goes_on_later(library: AssetLibrary) -
     def hang_once(question: dict) -> Said:
         if len(server.questions) == 1:
             is_asked.set()
-            return Said(text=None, delay_s=30.0)
+            return Said(text=None, delay_s=300.0)
         return good()
 
     with serve(hang_once) as server:
         arguments = command(library, server, "--concurrency", "1")
         script = "from clutter6d.cli import main; main()"
         process = subprocess.Popen([sys.executable, "-c", script, *arguments], stderr=subprocess.PIPE, text=True)
-        assert is_asked.wait(60)
+        assert is_asked.wait(PATIENCE_S)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=10)
+        _, said = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 130
         assert "interrupted; what was finished is kept" in said
         assert "Traceback" not in said
