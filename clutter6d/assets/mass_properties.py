@@ -33,7 +33,7 @@ def integrate_solid(
 def _rounded(values: Float64[np.ndarray, "*shape"]) -> Float64[np.ndarray, "*shape"]:
     """To a billionth of the largest: the sums over triangles differ in their last digits between processors."""
     unit = 2.0 ** int(np.frexp(np.abs(values).max())[1])
-    return np.round(values / unit, 9) * unit
+    return np.asarray(np.round(values / unit, 9) * unit)
 
 
 def integrate_manifold(

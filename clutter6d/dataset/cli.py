@@ -22,6 +22,7 @@ from clutter6d.dataset.verify import (
     verify_in_processes,
     verify_pools,
     verify_scenes,
+    verify_sources,
 )
 from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
@@ -50,7 +51,9 @@ def info(
 def verify(
     name: Name = DEFAULT_DATASET,
     physics: Annotated[bool, typer.Option("--physics", help="Check every certificate in the simulator.")] = False,
-    regenerate: Annotated[int, typer.Option(min=0, help="Make so many scenes of each split from their seeds.")] = 0,
+    regenerate: Annotated[
+        int, typer.Option(min=0, help="Make so many assets of each pool and scenes of each split from their seeds.")
+    ] = 0,
     split: Annotated[list[str] | None, typer.Option(help="Only this split; may be given again.")] = None,
     workers: Workers = 1,
     executor: ExecutorOption = "local",
@@ -109,6 +112,9 @@ class _Check:
         self._step(progress, "files", verify_files(dataset), len(dataset.manifest.files) + 1)
         self._step(progress, "pools", verify_pools(dataset), len(dataset.manifest.pools) + 1)
         self._step(progress, "assets", verify_assets(dataset), len(dataset.asset_list))
+        if regenerate and dataset.manifest.ships_assets:
+            count = regenerate * len(dataset.manifest.pools)
+            self._step(progress, "sources of assets", verify_sources(dataset, regenerate), count)
         for split in self._splits:
             names = dataset.asset_list
             pool = frozenset(names["name"][names["pool"] == split.entry.pool])

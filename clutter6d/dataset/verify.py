@@ -9,6 +9,8 @@ import mujoco
 import numpy as np
 from jaxtyping import Float64
 
+from clutter6d.assets.processing import ProcessingSettings, process_object
+from clutter6d.assets.sources.registry import make_source
 from clutter6d.dataset.dataset import Dataset
 from clutter6d.dataset.split import Split
 from clutter6d.errors import Clutter6DError, InvalidFileError, InvalidValueError
@@ -75,6 +77,19 @@ def verify_assets(dataset: Dataset) -> Iterator[Finding]:
     listed = dataset.asset_list
     for name, content_hash in zip(listed["name"], listed["content_hash"], strict=True):
         yield Finding(what=name, problems=_problems(lambda key=content_hash: dataset.assets.load(key)))
+
+
+def verify_sources(dataset: Dataset, count: int) -> Iterator[Finding]:
+    """Make some assets of each pool from their sources again, and compare their hashes."""
+    listed = dataset.asset_list.set_index(["pool", "source_id"])["content_hash"]
+    for pool, entry in dataset.manifest.pools.items():
+        source = make_source(entry.source, **entry.options)
+        items = [item for item in source.objects() if (pool, item.key) in listed.index]
+        for row in sorted(generator(0, "verify", pool).permutation(len(items))[:count]):
+            made = process_object(source, items[row], ProcessingSettings())
+            is_same = made.content_hash == listed[pool, items[row].key]
+            problem = f"pool {pool}: {items[row].key} of source {entry.source} gives another asset here"
+            yield Finding(what=made.name, problems=() if is_same else (problem,))
 
 
 def verify_scenes(split: Split, pool_names: frozenset[str]) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ import pytest
 
 import clutter6d
 from clutter6d.dataset.dataset import Dataset, open_dataset
-from clutter6d.dataset.verify import verify_files, verify_in_processes, verify_pools
+from clutter6d.dataset.verify import verify_files, verify_in_processes, verify_pools, verify_sources
 from clutter6d.eval.report import OFFICIAL_SPLITS
 from clutter6d.scenegen.track import find_track
 
@@ -60,6 +60,12 @@ def test_obstacles_matter_and_the_more_the_denser():
     assert blocked == sorted(blocked)
     assert np.all(np.diff(blocked) > 0.1)
     assert blocked[0] > 0.25
+
+
+def test_its_assets_are_what_their_sources_give(v1):
+    findings = list(verify_sources(v1, 4))
+    assert len(findings) == 8
+    assert [problem for finding in findings for problem in finding.problems] == []
 
 
 @pytest.mark.parametrize("name", ["sparse-train", "sparse-test", "moderate-test", "dense-test"])
