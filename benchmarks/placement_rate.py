@@ -28,8 +28,9 @@ import numpy as np
 import trimesh
 
 from clutter6d.assets.asset import Asset
+from clutter6d.assets.cache import cache_folder
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.assets.named_libraries import cache_folder, open_library
+from clutter6d.assets.named_libraries import open_library
 from clutter6d.geometry import rotate
 from clutter6d.scene import TABLE_SIZE_M
 from clutter6d.scenegen.footprint import Layout, hull_points

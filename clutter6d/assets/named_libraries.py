@@ -4,11 +4,11 @@ Its folder is named after what its objects are made from, so another version of 
 """
 
 import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 from clutter6d import __version__
+from clutter6d.assets.cache import cache_folder
 from clutter6d.assets.library import LIBRARY_FILE, AssetLibrary
 from clutter6d.assets.processing import ProcessingSettings
 from clutter6d.assets.run import RunSettings, fingerprint_of, run, settings_as_stored
@@ -19,14 +19,6 @@ from clutter6d.schema import canonical_json
 
 DEFAULT_LIBRARY = "procedural"
 DEFAULT_OBJECTS = 96
-CACHE_VARIABLE = "CLUTTER6D_CACHE"
-
-
-def cache_folder() -> Path:
-    """Where libraries made by name are kept: ``$CLUTTER6D_CACHE``, or ``clutter6d`` in the user's cache folder."""
-    if CACHE_VARIABLE in os.environ:
-        return Path(os.environ[CACHE_VARIABLE])
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "clutter6d"
 
 
 def open_library(

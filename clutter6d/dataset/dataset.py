@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from clutter6d.assets.cache import cache_folder
 from clutter6d.assets.collection import AssetCollection, AssetPool
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.assets.named_libraries import cache_folder
 from clutter6d.dataset.asset_pack import AssetPack
 from clutter6d.dataset.manifest import ASSET_LIST_FILE, ASSET_PACK_FILE, MANIFEST_FILE, Manifest
 from clutter6d.dataset.split import Split

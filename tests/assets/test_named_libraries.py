@@ -4,15 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from clutter6d.assets import named_libraries
+from clutter6d.assets import cache, named_libraries
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
 from clutter6d.errors import UnknownNameError
-from clutter6d.scenegen.scene_set import library_sha256
 
 
 def test_the_built_in_library_is_made_once_with_progress(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(named_libraries.CACHE_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setattr(named_libraries, "DEFAULT_OBJECTS", 2)
     seen: list[tuple[int, int]] = []
     first = open_library("procedural", on_progress=lambda done, total: seen.append((done, total)))
@@ -31,8 +30,7 @@ def test_another_name_is_refused_with_a_suggestion() -> None:
         open_library("proceduril")
 
 
-def test_an_empty_library_has_a_table_and_a_hash(tmp_path: Path) -> None:
+def test_an_empty_library_has_a_table(tmp_path: Path) -> None:
     library = AssetLibrary.create(tmp_path / "empty")
     assert library.index().empty
     assert "size_class" in library.index().columns
-    assert len(library_sha256(library)) == 64
