@@ -1,6 +1,7 @@
 """Semantic attributes by rule: material and mass from the object's name, a colour's name from its RGBA.
 
-Every value says where it came from. What the source states wins over a rule.
+Every value says where it came from. What the source states wins over a rule. What the rules give is part of the hash
+of every asset that is made with them: a change of them is a new ``PROCESSING_VERSION``.
 """
 
 import colorsys

@@ -1,11 +1,16 @@
 """Attributes by rule, and where each came from."""
 
+import hashlib
+from dataclasses import astuple
+
 import pytest
 import trimesh
 
 from clutter6d.assets.asset import VisualMesh
 from clutter6d.assets.attributes import MASS_RANGE_KG, colour_name, derive_attributes, dominant_colour, material_of
+from clutter6d.assets.processing import PROCESSING_VERSION
 from clutter6d.assets.sources.base import AttributeHints
+from clutter6d.schema import canonical_json
 from tests.assets.mesh_files import as_mesh
 
 BOX = as_mesh(trimesh.creation.box((0.1, 0.1, 0.1)))
@@ -71,3 +76,16 @@ def test_masses_are_those_of_household_things() -> None:
     assert derive("microwave")[1] < derive("hammer")[1]
     assert derive("soccer-ball", volume=5.5e-3, hull=5.5e-3)[1] == pytest.approx(0.43, rel=0.2)
     assert derive("paper", volume=1e-9)[1] >= MASS_RANGE_KG[0]
+
+
+GOLDEN_NAMES = (
+    "coffee-mug bottle wine-glass teddy-bear kitchen-knife table-fan wooden-crate cardboard-box apple-iphone apples "
+    "toilet-brush soccer-ball desk-lamp clothes-iron bowl-with-salad sneakers laptop candle brick houseplant gizmo"
+).split()
+
+
+def test_rules_have_not_changed_since_assets_were_frozen_with_them() -> None:
+    """If this fails, frozen data sets of real meshes no longer verify: raise PROCESSING_VERSION, and freeze anew."""
+    found = [(name, *astuple(derive(name, volume=4e-4)[0]), derive(name, volume=4e-4)[1]) for name in GOLDEN_NAMES]
+    digest = hashlib.sha256(canonical_json(found)).hexdigest()
+    assert (PROCESSING_VERSION, digest[:12]) == (5, "2d7be4d594cd")

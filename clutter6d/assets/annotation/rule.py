@@ -12,6 +12,9 @@ from clutter6d.assets.attribute_change import AttributeChange
 from clutter6d.assets.attributes import derive_attributes
 from clutter6d.assets.sources.base import AttributeHints
 
+_MASS_DIGITS = 4
+"""Significant digits of a mass; more would be the processor's."""
+
 
 class RuleAnnotator:
     """The offline default."""
@@ -37,7 +40,7 @@ class RuleAnnotator:
             category=attributes.category,
             colour=attributes.colour,
             material=attributes.material,
-            mass_kg=mass_kg,
+            mass_kg=float(f"{mass_kg:.{_MASS_DIGITS}g}"),
             friction=attributes.friction,
         )
         return Suggestion(change=change)
