@@ -71,7 +71,7 @@ export class Details {
         required: true,
         inputmode: isNumber ? "decimal" : "text",
         list: field === "material" ? "materials" : false,
-        pattern: isNumber ? "[0-9]*[.,]?[0-9]+([eE][-+]?[0-9]+)?" : false,
+        pattern: isNumber ? "[0-9]*[.,]?[0-9]+([eE][\\-+]?[0-9]+)?" : false,
         title: isNumber ? "a number above 0" : false,
       });
       inputs.set(field, input);

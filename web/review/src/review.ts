@@ -66,35 +66,34 @@ class Review {
 
   private async decide(decision: api.Verdict, extra: { change?: api.Change; reason?: string } = {}): Promise<void> {
     const row = this.current;
-    if (!row) return;
-    await this.alone(async () => {
-      const answer = await api.postDecision({ asset_hash: row.hash, decision, ...extra });
-      this.take(answer);
-      this.say(`${row.name} ${PAST[decision]}`);
-      if (decision === "edit") await this.open(answer.asset);
-      else this.openNext();
-    });
+    if (!row || this.model?.asset.hash !== row.hash) return; // what is not on the page yet is not decided on
+    const answer = await this.ask(() => api.postDecision({ asset_hash: row.hash, decision, ...extra }));
+    if (!answer) return;
+    this.say(`${row.name} ${PAST[decision]}`);
+    if (decision === "edit") await this.open(answer.asset);
+    else this.openNext();
   }
 
   private async undo(): Promise<void> {
     const { undoable } = this.overview;
     if (!undoable) return this.say("Nothing to undo");
-    await this.alone(async () => {
-      const answer = await api.postUndo(undoable.entry_id);
-      this.take(answer);
-      this.say(`${undoable.asset_name} is not ${PAST[undoable.decision]} any more`);
-      await this.open(answer.asset);
-    });
+    const answer = await this.ask(() => api.postUndo(undoable.entry_id));
+    if (!answer) return;
+    this.say(`${undoable.asset_name} is not ${PAST[undoable.decision]} any more`);
+    await this.open(answer.asset);
   }
 
   /** One request at a time, so that a key pressed twice decides once. */
-  private async alone(action: () => Promise<void>): Promise<void> {
-    if (this.isBusy) return;
+  private async ask(request: () => Promise<api.Decided>): Promise<api.Decided | null> {
+    if (this.isBusy) return null;
     this.isBusy = true;
     try {
-      await action();
+      const answer = await request();
+      this.take(answer);
+      return answer;
     } catch (error) {
       await this.explain(error);
+      return null;
     } finally {
       this.isBusy = false;
     }
