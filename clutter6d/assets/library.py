@@ -222,6 +222,10 @@ class AssetLibrary:
         """Store what became of a source object; call it after its asset was added."""
         write_model(self._record_path(record.fingerprint), record)
 
+    def forget(self, fingerprint: str) -> None:
+        """Drop the record of a source object, so that the object is processed again; its asset stays until then."""
+        self._record_path(fingerprint).unlink(missing_ok=True)
+
     def records(self) -> tuple[ProcessingRecord, ...]:
         """All records, by source and key."""
         paths = sorted((self.path / "records").glob("*.json"))

@@ -12,6 +12,7 @@ from rich.table import Column, Table
 from clutter6d.dataset.card_cli import card, compare
 from clutter6d.dataset.dataset import DEFAULT_DATASET, Dataset, dataset_names, open_dataset
 from clutter6d.dataset.freeze import Workshop, freeze
+from clutter6d.dataset.install_cli import install
 from clutter6d.dataset.manifest import Recipe
 from clutter6d.dataset.verify import (
     Finding,
@@ -31,6 +32,7 @@ from clutter6d.schema import read_model
 app = typer.Typer(no_args_is_help=True, help="Frozen data sets: look at them, check them, make them, compare them.")
 app.command()(card)
 app.command()(compare)
+app.command()(install)
 
 Name = Annotated[str, typer.Argument(help="A data set's name or folder.")]
 Workers = Annotated[int, typer.Option(min=1, help="Worker processes.")]

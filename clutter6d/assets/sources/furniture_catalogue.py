@@ -11,7 +11,7 @@ import re
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
@@ -44,25 +44,31 @@ class FurnitureCatalogueSource:
             Debian package installs them.
         max_side_m: Longest side allowed.
         limits: Largest mesh that is read.
+        excluded: Keys of objects that are left out, each with the reason.
     """
 
     name = "furniture_catalogue"
 
     def __init__(
-        self, folder: Path | None = None, *, max_side_m: float = MAX_SIDE_M, limits: MeshLimits | None = None
+        self,
+        folder: Path | None = None,
+        *,
+        max_side_m: float = MAX_SIDE_M,
+        limits: MeshLimits | None = None,
+        excluded: Mapping[str, str] | None = None,
     ) -> None:
         if max_side_m <= 0:
             raise InvalidValueError(f"max_side_m is {max_side_m}; it must be positive")
         self._folder = folder or _default_folder()
         self._max_side_m = max_side_m
-        self._limits = limits or MeshLimits()
+        self._limits, self._excluded = limits or MeshLimits(), frozenset(excluded or ())
         if not any(self._folder.glob("*.sh3f")):
             hint = f"install it with: apt-get install sweethome3d-furniture; or set {FOLDER_VARIABLE} to its folder"
             raise MissingFileError("furniture catalogue", self._folder, hint)
 
     def objects(self) -> Sequence[SourceObject]:
-        """All objects within the size limit, by catalogue and number."""
-        return tuple(item for item, _, _ in self._listing.values())
+        """All objects within the size limit that are not excluded, by catalogue and number."""
+        return tuple(item for item, _, _ in self._listing.values() if item.key not in self._excluded)
 
     def fingerprint(self, item: SourceObject) -> str:
         """Hash of the model's files (by the archive's own checksums), its size and its rotation."""

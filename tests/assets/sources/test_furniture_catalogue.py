@@ -43,6 +43,11 @@ def test_the_size_limit_can_be_chosen(folder: Path) -> None:
     assert len(FurnitureCatalogueSource(folder, max_side_m=2.5).objects()) == 4
 
 
+def test_objects_can_be_left_out_and_the_others_keep_their_names(folder: Path) -> None:
+    source = FurnitureCatalogueSource(folder, excluded={"Test#mug": "a reason"})
+    assert [item.name for item in source.objects()] == ["cafe-mug-2", "broken"]
+
+
 def test_models_stand_upright_and_turned(folder: Path) -> None:
     source = FurnitureCatalogueSource(folder)
     upright, turned = (source.load(item).visual[0].mesh.vertices for item in source.objects()[:2])
