@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
-from rich.table import Table
+from rich.table import Column, Table
 
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.asset_file import AssetFile
@@ -28,20 +28,22 @@ def summary_tables(library: AssetLibrary, records: Sequence[ProcessingRecord]) -
 
 
 def index_table(library: AssetLibrary) -> Table:
-    """One row per asset of a library, rejected ones too."""
-    table = Table("name", "category", "size", "longest cm", "kg", "parts", "poses", "review", "licence", "author")
+    """One row per asset of a library, rejected ones too; with what reviewers decided, if there were any."""
+    name_column = Column("name", min_width=12, overflow="fold")
     decisions = decision_names(library)
+    reviewed = ("review",) if decisions else ()
+    table = Table(name_column, *reviewed, "category", "size", "longest cm", "kg", "parts", "poses", "licence", "author")
     for name in library.names(with_rejected=True):
         file = library.describe(name)
         table.add_row(
             file.name,
+            *((decisions.get(file.content_hash, "-"),) if decisions else ()),
             file.attributes.category,
             file.size_class or "-",
             f"{100 * max(file.extents_m):.1f}",
             f"{file.mass_kg:.2f}",
             str(file.quality.parts),
             str(file.quality.stable_verified),
-            decisions.get(file.content_hash, "-"),
             file.licence.name,
             file.licence.author,
         )
