@@ -4,6 +4,7 @@
     assets/<name>-<hash12>/            asset.json and geometry.npz of one asset
     records/<fingerprint>.json         what became of one source object
     reviews.jsonl                      what reviewers decided, if anyone reviewed it
+    annotations/<key>.json             what a vision-language model answered, if one was asked
 
 Every file is written atomically and an asset before its record, so a run that is killed loses only what it was
 working on, and a second run continues where the first ended. A changed version of an asset stands beside the old one
