@@ -35,17 +35,18 @@ def connect(address: str, workers: int) -> Any:
         raise InvalidValueError("Ray cannot start after CoACD was loaded; import ray first, at the top of the program")
     import ray
 
-    if ray.is_initialized():
-        return ray
-    common: dict[str, Any] = {"logging_level": logging.ERROR, "log_to_driver": False, "namespace": "clutter6d"}
-    alone = {"num_cpus": workers, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES}
-    try:
-        if address:
-            ray.init(address=address, **common)
-        else:
-            ray.init(address="local", **alone, **common)
-    except (ConnectionError, OSError, RuntimeError, ValueError) as error:
-        raise InvalidValueError(_explain(address, error)) from None
+    options: dict[str, Any] = {"address": address or "local", "logging_level": logging.ERROR, "log_to_driver": False}
+    if not address:
+        options |= {"num_cpus": workers, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES}
+    for attempts_left in (0,) if address else (1, 0):  # a busy machine may not start it within Ray's own patience
+        if ray.is_initialized():
+            break
+        try:
+            ray.init(**options)
+        except Exception as error:  # noqa: BLE001  Ray raises plain exceptions, too
+            ray.shutdown()
+            if not attempts_left:
+                raise InvalidValueError(_explain(address, error)) from None
     return ray
 
 
@@ -53,5 +54,8 @@ def _explain(address: str, error: Exception) -> str:
     detail = " ".join(str(error).split())[:200]
     if not address:
         return f"Ray does not start on this machine ({detail}); use --executor local"
-    hint = "start one there with: ray start --head --port=6379; and run this command on a machine of the cluster"
-    return f"no Ray cluster answers at '{address}' ({detail}); {hint}"
+    if "auth" in detail.lower():
+        hint = "set RAY_AUTH_MODE=token, and copy ~/.ray/auth_token from the machine that started the cluster"
+    else:
+        hint = "start one there with: ray start --head --port=6379; and run this command on a machine of the cluster"
+    return f"cannot join a Ray cluster at '{address}' ({detail}); {hint}"
