@@ -93,6 +93,7 @@ def _collider_quantities(
 def _pose_quantities(
     model: mujoco.MjModel, stage: Usd.Stage, objects: dict[str, Usd.Prim], links: dict[str, Usd.Prim]
 ) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    stage.SetEditTarget(stage.GetSessionLayer())
     variants = stage.GetDefaultPrim().GetVariantSet("goal_pair")
     yield "goal pairs", np.array(model.nkey), np.array(len(variants.GetVariantNames()))
     data = mujoco.MjData(model)

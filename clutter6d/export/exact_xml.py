@@ -25,7 +25,8 @@ def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> bytes:
     for element in root.iter("geom"):
         if element.get("name") and not element.get("mesh"):
             geom = model.geom(element.get("name"))
-            _set(element, pos=geom.pos, quat=geom.quat)
+            sizes = len(element.get("size").split())
+            _set(element, pos=geom.pos, quat=geom.quat, size=geom.size[:sizes])
     for number, element in enumerate(root.iter("key")):
         key = model.key(number)
         _set(element, qpos=key.qpos, ctrl=key.ctrl, mpos=key.mpos, mquat=key.mquat)

@@ -17,7 +17,7 @@ def unique_identifiers(names: Iterable[str]) -> dict[str, str]:
     """A valid prim name for each name, all different and as close to the name as USD allows."""
     found: dict[str, str] = {}
     for name in names:
-        stem = candidate = Tf.MakeValidIdentifier(name)
+        stem = candidate = Tf.MakeValidIdentifier(f"_{name}" if name[:1].isdigit() else name)
         number = 1
         while candidate in found.values():
             candidate, number = f"{stem}_{number}", number + 1

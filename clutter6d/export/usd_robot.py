@@ -142,7 +142,7 @@ def _define_joint(stage: Usd.Stage, robot: Sdf.Path, model: mujoco.MjModel, body
     parent = model.body_parentid[body]
     holder = robot if parent == 0 else robot.AppendChild(model.body(parent).name)
     if model.body_jntnum[body]:
-        index = model.body_jntadr[body]
+        index = int(model.body_jntadr[body])
         joint: Any = UsdPhysics.RevoluteJoint.Define(stage, joints.AppendChild(model.joint(index).name))
         _set_up_drive(joint, model, index)
     else:

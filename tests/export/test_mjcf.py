@@ -7,8 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from clutter6d.export.mjcf import export_mjcf
+from clutter6d.export.mjcf import export_mjcf, scene_spec
 from clutter6d.sim.scene_model import compile_stored_scene, joint_state
+from tests.export.export_fixtures import crooked_scene
 from tests.scene_fixtures import make_box_scene_set
 
 
@@ -51,6 +52,25 @@ def test_masses_and_collision_geometry_are_the_assets(exported: Path) -> None:
         assert body.mass[0] == asset.mass_properties.mass_kg
         geoms = range(body.geomadr[0], body.geomadr[0] + body.geomnum[0])
         assert sum(model.geom_contype[geom] != 0 for geom in geoms) == len(asset.parts)
+
+
+def test_numbers_come_back_to_the_bit(tmp_path: Path) -> None:
+    scene, assets = crooked_scene()
+    read = mujoco.MjModel.from_xml_path(str(export_mjcf(scene, assets, tmp_path)))
+    made = scene_spec(scene, assets).compile()
+    for name in (
+        "body_mass",
+        "body_inertia",
+        "body_pos",
+        "geom_size",
+        "mesh_vert",
+        "jnt_range",
+        "key_qpos",
+        "key_mpos",
+    ):
+        np.testing.assert_array_equal(getattr(read, name), getattr(made, name), err_msg=name)
+    for name in ("body_quat", "body_iquat", "geom_quat"):  # normalised again when read
+        np.testing.assert_allclose(getattr(read, name), getattr(made, name), atol=1e-15, err_msg=name)
 
 
 def test_the_ghost_touches_nothing(exported: Path) -> None:
