@@ -170,22 +170,24 @@ The worst over all stored states of all scenes. Allowed are 1 mm, 1 mm and 1°.
 {figure_table(content.measured, "certificate")}"""
 
 
-def _uses(content: CardContent) -> str:
-    return f"""\
+def _uses(_content: CardContent) -> str:
+    return """\
 ## Uses
 
 Meant for training and comparing policies that push, topple and slide among obstacles, for measuring how much they
-disturb what stands around, and for studying one degree of clutter against another ({", ".join(content.measured)}). Not
-meant for claims about real robots without trials on one, nor for training, tuning or choosing checkpoints on a test
-split."""
+disturb what stands around, and for studying one degree of clutter against another. Not meant for claims about real
+robots without trials on one, nor for training, tuning or choosing checkpoints on a test split."""
 
 
 def _limits(content: CardContent) -> str:
     limits = [
         "*Planar* says that a push could give the goal's orientation, not that a given arm and policy can make that "
         "push. Another resting face may be one easy topple away, or several.",
-        "*Blocked* looks from above at convex footprints: what a taller target could pass over, and the inside of a "
-        "ring, count as in the way. A free path is no promise that the hand finds room behind the target.",
+        "*Blocked* looks from above at convex footprints, along 64 directions: what a taller target could pass over, "
+        "the inside of a ring, and a near miss of some millimetres count as in the way, and gaps are never overstated. "
+        "A free path is no promise that the hand finds room behind the target.",
+        "Initial orientations are drawn evenly from the stable ones, goals as often as a dropped object rests in them: "
+        "most goals ask for another resting face.",
         "Goal pairs of one scene share its obstacles. For statements about clutter the sample is the scene.",
         "Objects are rigid, of uniform density, made of convex parts, and stand on one table; nothing is stacked, "
         "soft, jointed or filled. Friction is one number an object.",

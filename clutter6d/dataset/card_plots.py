@@ -81,7 +81,7 @@ def _plot_shares(measured: Mapping[str, Measurements], panels: Sequence[tuple[Di
             for (name, item), colour in zip(measured.items(), _colours(len(measured)), strict=True):
                 values = np.sort(distribution.shown_values(item))
                 axes.plot(values, 100 * np.arange(1, len(values) + 1) / len(values), label=name, color=colour)
-            axes.set(xlim=(0, limit), ylim=(0, 100), xlabel=fill(distribution.axis_label, 28))
+            axes.set(xlim=(0, limit), ylim=(0, 100), xlabel=fill(distribution.axis_label, 30))
             axes.grid(color="#e5e7eb", linewidth=0.6)
         figure.axes[0].set_ylabel("share up to this [%]")
         figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=6, fontsize=8)
@@ -119,7 +119,8 @@ def _span(values: pd.Series) -> tuple[float, float]:
 
 
 def _counts(values: pd.Series) -> np.ndarray:
-    return np.arange(0.5, float(values.max()) + 1.5)
+    step = max(1, round(float(values.max()) / 20))
+    return np.arange(0.5, float(values.max()) + step + 0.5, step)
 
 
 def _colours(count: int) -> list[str]:

@@ -21,8 +21,8 @@ _REASONS = {
 
 
 _QUANTITIES: tuple[tuple[str, str, Unit], ...] = (
-    ("longest side", "longest_extent_m", "cm"),
-    ("mass", "mass_kg", "kg"),
+    ("longest side [cm]", "longest_extent_m", "cm"),
+    ("mass [kg]", "mass_kg", "kg"),
     ("convex parts", "parts", "count"),
     ("stable orientations", "stable_orientations", "count"),
 )
@@ -106,10 +106,10 @@ def _pool_lines(pool: pd.DataFrame, others: pd.DataFrame) -> dict[str, str]:
     }
     if len(others):
         lines["families of this pool only"] = f"{pool.loc[is_new, 'category'].nunique()}"
-        lines["assets of those families"] = f"{is_new.sum():,} ({is_new.mean():.0%})"
+        lines["assets of those families"] = f"{is_new.sum():,} ({100 * is_new.mean():.0f} %)"
     for title, column, unit in _QUANTITIES:
-        low, middle, high = (show(float(value), unit) for value in pool[column].quantile([0.1, 0.5, 0.9]))
-        lines[f"{title}: 10 %, median, 90 %"] = f"{low}, {middle}, {high}"
+        shown = (show(float(value), unit).split()[0] for value in pool[column].quantile([0.1, 0.5, 0.9]))
+        lines[f"{title}: 10, 50, 90 %"] = " / ".join(shown)
     return lines
 
 
@@ -119,9 +119,14 @@ def material_table(assets: pd.DataFrame) -> str:
     rows: list[tuple[str, ...]] = []
     for material, group in sorted(assets.groupby("material"), key=lambda item: (-len(item[1]), str(item[0]))):
         counts = [f"{(group['pool'] == pool).sum():,}" for pool in pools]
-        spans = [f"{group[column].min():.2g} to {group[column].max():.2g}" for column in ("friction", "mass_kg")]
+        spans = [_span(group[column]) for column in ("friction", "mass_kg")]
         rows.append((str(material), *counts, *spans))
     return markdown_table(("material", *(f"assets, {pool}" for pool in pools), "friction", "mass [kg]"), rows)
+
+
+def _span(values: pd.Series) -> str:
+    low, high = f"{values.min():.2g}", f"{values.max():.2g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def licence_table(assets: pd.DataFrame) -> str:
