@@ -4,6 +4,7 @@ Newton compiles its kernels when they are first used on a machine, which takes a
 """
 
 import csv
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -25,7 +26,7 @@ def check(scenes: Path, out: Path, *options: str) -> subprocess.CompletedProcess
 
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_box_scene_set(tmp_path_factory.mktemp("scenes") / "set", scenes=3).path
+    return write_box_scene_set(tmp_path_factory.mktemp("scenes") / "set", scenes=2).path
 
 
 @pytest.fixture(scope="module")
@@ -38,13 +39,13 @@ def table(scenes: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         file.write("boxes-1,4,0,5e-")
     done = check(scenes, out)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "3 of 3 scenes: validators silent, MJCF and USD equal, still in both engines" in done.stdout
+    assert "2 of 2 scenes: validators silent, MJCF and USD equal, still in both engines" in done.stdout
     return out
 
 
 def test_scenes_stand_still_in_newton_as_in_mujoco(table: Path) -> None:
     rows = list(csv.DictReader(table.read_text().splitlines()))
-    assert [row["scene_id"] for row in rows] == ["boxes-0", "boxes-1", "boxes-2"]
+    assert [row["scene_id"] for row in rows] == ["boxes-0", "boxes-1"]
     for row in rows:
         assert max(float(row[name]) for name in ("newton_mm", "newton_deg", "mujoco_mm", "mujoco_deg")) < 0.3
         assert (row["validator_reports"], row["objects"]) == ("0", "4")
@@ -55,15 +56,13 @@ def test_newton_puts_every_link_and_object_where_mujoco_has_it(table: Path) -> N
     assert all(float(row["start_mm"]) < 1e-3 for row in rows)
 
 
-def test_an_object_that_falls_is_reported(scenes: Path, tmp_path: Path) -> None:
-    for scene in scenes.glob("scenes/*/scene.json"):
-        text = scene.read_text()
-        scene.write_text(text.replace("0.03,", "0.08,"))  # small_1, of 6 cm, 5 cm above the table
-        try:
-            done = check(scenes, tmp_path / "drift.csv", "--limit", "1")
-        finally:
-            scene.write_text(text)
-        assert done.returncode == 1
-        assert "small_1" in done.stdout
-        assert "0 of 1 scenes" in done.stdout
-        break
+def test_an_object_that_falls_is_reported(tmp_path: Path) -> None:
+    scene = next(write_box_scene_set(tmp_path / "set", scenes=1).path.glob("scenes/*/scene.json"))
+    content = json.loads(scene.read_text())
+    assert content["objects"][3]["name"] == "small_1"
+    content["goal_pairs"][0]["object_poses"][3][2] += 0.05
+    scene.write_text(json.dumps(content))
+    done = check(tmp_path / "set", tmp_path / "drift.csv")
+    assert done.returncode == 1
+    assert "small_1" in done.stdout
+    assert "0 of 1 scenes" in done.stdout
