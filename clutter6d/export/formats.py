@@ -1,9 +1,8 @@
 """The formats that a scene can be exported to, and the one way to do it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Protocol
 
 from clutter6d.assets.asset import Asset
 from clutter6d.errors import UnknownNameError
@@ -18,12 +17,8 @@ FORMATS: Mapping[str, str] = {
 """Where each format's exporter is; it is imported when it is used."""
 
 
-class Exporter(Protocol):
-    """Writes one scene into a folder and returns the main file's path."""
-
-    def __call__(self, scene: Scene, assets: Mapping[str, Asset], folder: Path) -> Path:
-        """Write the scene."""
-        ...
+Exporter = Callable[[Scene, Mapping[str, Asset], Path], Path]
+"""Writes a scene with its assets into a folder and returns the main file's path."""
 
 
 def parse_formats(text: str) -> tuple[str, ...]:

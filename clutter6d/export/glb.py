@@ -87,7 +87,7 @@ def _add_table(document: GltfDocument) -> int:
 
 
 def _add_robot(document: GltfDocument) -> int:
-    """The robot at home: a node for each link, side by side, and one for each of its shells."""
+    """The robot at home: a node for each link that shows, side by side, and one for each of its shells."""
     model, data = fixtures()
     links: list[int] = []
     for body in robot_bodies(model):
@@ -100,7 +100,8 @@ def _add_robot(document: GltfDocument) -> int:
             pose = {"position": model.geom_pos[geom], "quat_wxyz": model.geom_quat[geom]}
             shells.append(document.add_node(name, mesh=mesh, **pose))
         pose = {"position": data.xpos[body], "quat_wxyz": data.xquat[body]}
-        links.append(document.add_node(model.body(body).name, children=shells, **pose))
+        if shells:
+            links.append(document.add_node(model.body(body).name, children=shells, **pose))
     return document.add_node("robot", children=links)
 
 
