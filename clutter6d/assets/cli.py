@@ -1,4 +1,4 @@
-"""The commands ``clutter6d assets process | list | show | verify | annotate | review | reviews``."""
+"""The commands ``clutter6d assets process | curate | list | show | verify | annotate | review | reviews``."""
 
 import contextlib
 import getpass
@@ -14,21 +14,17 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn, track
 
 from clutter6d.assets.annotation.annotator import VIEW_ANGLES_DEG, VIEW_SIDE_PX, Annotator
-from clutter6d.assets.annotation.endpoint import MODEL_VARIABLE, URL_VARIABLE, Endpoint, settings_from_environment
+from clutter6d.assets.annotation.endpoint import Endpoint
+from clutter6d.assets.annotation.endpoint_settings import MODEL_VARIABLE, URL_VARIABLE, settings_from_environment
 from clutter6d.assets.annotation.memory import FOLDER as ANSWERS_FOLDER
 from clutter6d.assets.annotation.memory import AnswerMemory
+from clutter6d.assets.annotation.plan import ANNOTATORS, AnnotationSettings, names_to_annotate, replaceable_origins
 from clutter6d.assets.annotation.report import Prices, annotation_tables
 from clutter6d.assets.annotation.rule import RuleAnnotator
-from clutter6d.assets.annotation.run import (
-    ANNOTATORS,
-    AnnotationSettings,
-    Outcome,
-    annotate_library,
-    names_to_annotate,
-    replaceable_origins,
-)
+from clutter6d.assets.annotation.run import Outcome, annotate_library
 from clutter6d.assets.annotation.vlm import VlmAnnotator
 from clutter6d.assets.asset import Asset
+from clutter6d.assets.curate_cli import curate_list
 from clutter6d.assets.decomposition import MAX_PART_VERTICES, MAX_PARTS, DecompositionSettings
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.mesh_io import MESH_SUFFIXES, MeshLimits
@@ -49,6 +45,8 @@ app = typer.Typer(no_args_is_help=True, help="Make assets from meshes; list, sho
 
 Library = Annotated[Path, typer.Option("--library", "--out", help="Folder of the asset library.")]
 
+app.command("curate")(curate_list)
+
 
 @app.command()
 def process(
@@ -63,6 +61,7 @@ def process(
     up: Annotated[str | None, typer.Option(help="Folder: vertical axis of the files, y or z.")] = None,
     licence: Annotated[str | None, typer.Option(help="Folder: under which terms you have the meshes.")] = None,
     author: Annotated[str | None, typer.Option(help="Folder: who made the meshes.")] = None,
+    list_file: Annotated[Path | None, typer.Option("--list", help="Objaverse: a list made by curate.")] = None,
     max_vertices: Annotated[int | None, typer.Option(min=4, help="Largest mesh that is read.")] = None,
     max_parts: Annotated[int, typer.Option(min=1, help="Convex parts of an asset.")] = MAX_PARTS,
     max_part_vertices: Annotated[int, typer.Option(min=4, help="Vertices of a part.")] = MAX_PART_VERTICES,
@@ -71,7 +70,7 @@ def process(
 ) -> None:
     """Turn the meshes of a source into assets; whatever cannot become one is reported with its reason."""
     console, where = Console(markup=False, emoji=False), parse_executor(executor)
-    given = {"seed": seed, "unit": unit, "up": up, "licence": licence, "author": author}
+    given = {"seed": seed, "unit": unit, "up": up, "licence": licence, "author": author, "list_file": list_file}
     chosen = find_source(source, limit, max_size_cm, max_vertices, {k: v for k, v in given.items() if v is not None})
     decomposition = DecompositionSettings(max_parts=max_parts, max_part_vertices=max_part_vertices)
     settings = ProcessingSettings(decomposition=decomposition)

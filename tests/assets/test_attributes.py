@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from clutter6d.assets.asset import VisualMesh
-from clutter6d.assets.attributes import MASS_RANGE_KG, colour_name, derive_attributes, dominant_colour, material_of
+from clutter6d.assets.attributes import MASS_RANGE_KG, colour_name, derive_attributes, dominant_colour
+from clutter6d.assets.name_rules import material_of
 from clutter6d.assets.processing import PROCESSING_VERSION
 from clutter6d.assets.sources.base import AttributeHints
 from clutter6d.schema import canonical_json

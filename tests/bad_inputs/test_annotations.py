@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from clutter6d.assets.annotation.run import ATTRIBUTES
+from clutter6d.assets.annotation.plan import ATTRIBUTES
 from clutter6d.assets.asset_file import JSON_NAME, read_asset, write_asset
 from clutter6d.assets.attribute_change import AttributeChange, changed_asset
 from tests.bad_inputs.harness import Case, Workspace, check_refusal, fingerprint, run_command

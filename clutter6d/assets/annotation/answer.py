@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from clutter6d.assets.attribute_change import MAX_FRICTION, MAX_MASS_KG
-from clutter6d.assets.attributes import COLOURS, MATERIALS
+from clutter6d.assets.materials import COLOURS, MATERIALS
 from clutter6d.assets.slug import slugify
 
 MAX_ANSWER_CHARS = 20_000

@@ -9,7 +9,7 @@ from typing import Any
 
 from clutter6d.assets.annotation.annotator import Png, Subject
 from clutter6d.assets.annotation.volume import hull_volume_m3, solid_volume_m3
-from clutter6d.assets.attributes import COLOURS, MATERIALS
+from clutter6d.assets.materials import COLOURS, MATERIALS
 
 PROMPT_VERSION = "1"
 _MAX_QUOTED = 4000

@@ -1,45 +1,21 @@
 """Annotating a library: one asset after the other, each stored at once, resumable, and never over a person's word."""
 
-import logging
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal
 
 from clutter6d.assets.annotation.annotator import AnnotationFailed, Annotator, Png, Subject, Suggestion, Usage
+from clutter6d.assets.annotation.plan import AnnotationSettings, news, open_attributes, value_of
 from clutter6d.assets.annotation.threads import map_threads
-from clutter6d.assets.asset import Asset, Provenance
-from clutter6d.assets.attribute_change import AttributeChange, changed_asset
+from clutter6d.assets.asset import Asset
+from clutter6d.assets.attribute_change import changed_asset
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.errors import Clutter6DError, InvalidValueError, StorageError, UnknownNameError
+from clutter6d.errors import Clutter6DError, InvalidValueError, StorageError
 
 MAX_FAILURES_IN_A_ROW = 5
-ANNOTATORS = ("rule", "vlm")
-ATTRIBUTES = ("category", "colour", "material", "mass_kg", "friction")
-_SAME_RATIO = 0.05
-"""By how much two numbers may differ and still say the same: a volume that parts give is not exact."""
 
 Draw = Callable[[Asset], tuple[Png, ...]]
 Status = Literal["annotated", "unchanged", "failed", "unasked"]
-
-_LOG = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class AnnotationSettings:
-    """How a library is annotated.
-
-    Attributes:
-        overwrite: Origins of the values that may be replaced; others stay.
-        concurrency: Assets asked for at the same time.
-        limit: Assets that are looked at, of those with values that may be replaced.
-        is_dry_run: Change nothing and ask nobody.
-    """
-
-    overwrite: frozenset[Provenance] = frozenset({"rule"})
-    concurrency: int = 4
-    limit: int | None = None
-    is_dry_run: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -67,40 +43,6 @@ class Outcome:
     notes: tuple[str, ...] = ()
     usage: Usage = field(default_factory=Usage)
     is_remembered: bool = False
-
-
-def replaceable_origins(names: Sequence[str]) -> frozenset[Provenance]:
-    """Origins by name, and ``rule``, whose values are always there to be replaced.
-
-    Raises:
-        UnknownNameError: There is no such origin.
-    """
-    known: tuple[Provenance, ...] = get_args(Provenance)
-    for name in names:
-        if name not in known:
-            raise UnknownNameError("origin", name, known)
-    return frozenset(origin for origin in known if origin == "rule" or origin in names)
-
-
-def open_attributes(asset: Asset, overwrite: frozenset[Provenance]) -> frozenset[str]:
-    """Names of the values that may be replaced, by where they came from."""
-    return frozenset(name for name in ATTRIBUTES if _origin(asset, name) in overwrite)
-
-
-def names_to_annotate(library: AssetLibrary, settings: AnnotationSettings) -> tuple[str, ...]:
-    """The assets that have values which may be replaced, up to the limit; damaged ones among them."""
-    found: list[str] = []
-    for name in library.names():
-        if settings.limit is not None and len(found) == settings.limit:
-            break
-        try:
-            said = library.describe(name).attributes
-        except Clutter6DError:
-            found.append(name)
-            continue
-        if {getattr(said, f"{item.removesuffix('_kg')}_from") for item in ATTRIBUTES} & settings.overwrite:
-            found.append(name)
-    return tuple(found)
 
 
 def annotate_library(
@@ -174,13 +116,13 @@ class _Run:
 
     def _store(self, subject: Subject, suggestion: Suggestion) -> Outcome:
         asset = subject.asset
-        change = _news(asset, suggestion.change, subject.open, self._annotator.origin)
+        change = news(asset, suggestion.change, subject.open, self._annotator.origin)
         if change.given and not self._settings.is_dry_run:
             self._library.replace(asset.content_hash, changed_asset(asset, change, by=self._annotator.origin))
         return Outcome(
             name=asset.name,
             status="annotated" if change.given else "unchanged",
-            changes={name: (_value(asset, name), getattr(change, name)) for name in change.given},
+            changes={name: (value_of(asset, name), getattr(change, name)) for name in change.given},
             notes=suggestion.notes,
             usage=suggestion.usage,
             is_remembered=suggestion.is_remembered,
@@ -196,29 +138,3 @@ class _Run:
                 f"the endpoint failed{times}, {failure.reason}: {failure.detail}; what was answered is kept: "
                 "check --base-url and that it runs, then give the same command again"
             )
-
-
-def _news(asset: Asset, change: AttributeChange, opened: frozenset[str], origin: Provenance) -> AttributeChange:
-    """What of a change may be made and is none already."""
-    return change.only(
-        *(
-            name
-            for name in change.given
-            if name in opened
-            and not (_origin(asset, name) == origin and _is_same(_value(asset, name), getattr(change, name)))
-        )
-    )
-
-
-def _is_same(old: str | float, new: str | float) -> bool:
-    if isinstance(old, str) or isinstance(new, str):
-        return old == new
-    return math.isclose(old, new, rel_tol=_SAME_RATIO)
-
-
-def _origin(asset: Asset, name: str) -> Provenance:
-    return getattr(asset.attributes, f"{name.removesuffix('_kg')}_from")
-
-
-def _value(asset: Asset, name: str) -> str | float:
-    return asset.mass_properties.mass_kg if name == "mass_kg" else getattr(asset.attributes, name)

@@ -4,8 +4,8 @@ import manifold3d
 import numpy as np
 
 from clutter6d.assets.asset import Asset
-from clutter6d.assets.attributes import MATERIALS
 from clutter6d.assets.convex_part import hull_of
+from clutter6d.assets.materials import MATERIALS
 
 LEAST_FILL = 0.015
 """Share of its solid that a hollow thing of a full mesh may have in material: the wall of a drinks can."""

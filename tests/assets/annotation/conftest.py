@@ -10,9 +10,10 @@ import pytest
 from PIL import Image
 
 from clutter6d.assets.annotation.annotator import Subject
-from clutter6d.assets.annotation.endpoint import Endpoint, EndpointSettings
+from clutter6d.assets.annotation.endpoint import Endpoint
+from clutter6d.assets.annotation.endpoint_settings import EndpointSettings
 from clutter6d.assets.annotation.memory import FOLDER, AnswerMemory
-from clutter6d.assets.annotation.run import ATTRIBUTES
+from clutter6d.assets.annotation.plan import ATTRIBUTES
 from clutter6d.assets.annotation.vlm import VlmAnnotator
 from clutter6d.assets.asset import Asset, hash_asset
 from clutter6d.assets.library import AssetLibrary

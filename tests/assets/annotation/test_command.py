@@ -11,7 +11,7 @@ import pytest
 
 from clutter6d.assets.annotation.memory import FOLDER
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.cli import run
+from clutter6d.cli import DEBUG_VARIABLE, run
 from tests.assets.annotation.endpoint_server import KEY, MODEL, EndpointServer, Said, good, serve
 from tests.assets.annotation.test_run import name_in
 
@@ -51,9 +51,12 @@ def test_by_model_shows_pictures_and_what_it_cost(library: AssetLibrary, capsys:
     assert min(len(part["image_url"]["url"]) for part in first) > 2000
 
 
-def test_the_key_is_neither_written_nor_said(library: AssetLibrary, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_key_is_neither_written_nor_said(
+    library: AssetLibrary, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(DEBUG_VARIABLE, "1")
     with serve(good()) as server:
-        assert run(["--debug", *command(library, server, "--limit", "1")]) == 0
+        assert run(command(library, server, "--limit", "1")) == 0
     files = [path for path in library.path.rglob("*") if path.is_file()]
     captured = capsys.readouterr()
     assert server.keys == [f"Bearer {KEY}"]

@@ -6,8 +6,9 @@ import pytest
 import trimesh
 
 from clutter6d.assets.annotation.annotator import Subject
+from clutter6d.assets.annotation.plan import ATTRIBUTES, AnnotationSettings, names_to_annotate
 from clutter6d.assets.annotation.rule import RuleAnnotator
-from clutter6d.assets.annotation.run import ATTRIBUTES, AnnotationSettings, annotate_library, names_to_annotate
+from clutter6d.assets.annotation.run import annotate_library
 from clutter6d.assets.annotation.volume import hull_volume_m3, plausible_mass_range_kg, solid_volume_m3
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.attribute_change import AttributeChange, changed_asset

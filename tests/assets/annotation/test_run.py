@@ -10,15 +10,14 @@ import pytest
 from rich.console import Console
 
 from clutter6d.assets.annotation.annotator import Subject, Suggestion
-from clutter6d.assets.annotation.report import Prices, annotation_tables, summary_table
-from clutter6d.assets.annotation.run import (
+from clutter6d.assets.annotation.plan import (
     AnnotationSettings,
-    Outcome,
-    annotate_library,
     names_to_annotate,
     open_attributes,
     replaceable_origins,
 )
+from clutter6d.assets.annotation.report import Prices, annotation_tables, summary_table
+from clutter6d.assets.annotation.run import Outcome, annotate_library
 from clutter6d.assets.annotation.vlm import VlmAnnotator
 from clutter6d.assets.attribute_change import AttributeChange, changed_asset
 from clutter6d.assets.library import AssetLibrary

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from clutter6d.assets.annotation.annotator import AnnotationFailed, Subject, Usage
-from clutter6d.assets.annotation.endpoint import Endpoint, EndpointSettings, settings_from_environment
+from clutter6d.assets.annotation.endpoint import Endpoint
+from clutter6d.assets.annotation.endpoint_settings import EndpointSettings, settings_from_environment
 from clutter6d.assets.annotation.memory import FOLDER, AnswerMemory
 from clutter6d.assets.annotation.vlm import VlmAnnotator
 from clutter6d.errors import InvalidValueError
@@ -70,7 +71,7 @@ def test_a_mass_that_does_not_fit_the_volume_is_complained_of(subject: Subject, 
     with serve(good(mass_kg=30), good()) as server:
         suggestion = annotator_of(server).annotate(subject)
     assert suggestion.change.mass_kg == 0.2
-    assert "weighs between 0.0015 and 2.25 kg" in server.questions[1]["messages"][-1]["content"]
+    assert "weighs between 0.0015 and 3.25 kg" in server.questions[1]["messages"][-1]["content"]
 
 
 def test_a_mass_that_does_not_fit_twice_is_left_out_with_a_note(subject: Subject, annotator_of: Make) -> None:
