@@ -13,7 +13,7 @@ from clutter6d.assets.review.journal import ReviewJournal
 from clutter6d.assets.review.standing import standing_decisions, standing_entries
 
 _VERDICTS = ("accept", "edit", "reject")
-_COLUMNS: tuple[str, ...] = ("when", "who", "decision", "asset", "hash", "result_hash", "changes", "reason", "is_undone")
+_COLUMNS: tuple[str, ...] = tuple("when who decision asset hash result_hash changes reason is_undone".split())
 
 
 def decision_names(library: AssetLibrary) -> dict[str, str]:

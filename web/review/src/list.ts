@@ -48,7 +48,7 @@ export class AssetList {
   mark(name: string): void {
     this.current = name;
     for (const button of this.items.querySelectorAll<HTMLElement>("button")) markButton(button, name);
-    this.items.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+    this.items.querySelector("[aria-current]")?.parentElement?.scrollIntoView({ block: "nearest" });
     byId("list").classList.remove("shown");
     byId("list-toggle").setAttribute("aria-expanded", "false");
   }
@@ -100,7 +100,7 @@ export class AssetList {
         return h("button", attributes, text, " ", h("span", {}, String(count)));
       }),
     );
-    this.items.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+    this.items.querySelector("[aria-current]")?.parentElement?.scrollIntoView({ block: "nearest" });
   }
 
   private item(row: Row): HTMLElement {

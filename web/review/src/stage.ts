@@ -23,6 +23,8 @@ export type View = "whole" | "parts" | "exploded" | "poses";
 const TURN_RAD_PER_S = 0.5;
 const EXPLOSION = 0.7;
 const STEP_BACK = 0.55;
+const FASTEST_FRAME_S = 1 / 40;
+const SLOW_FRAME_S = 0.12;
 const EASE_PER_S = 9;
 
 export class Stage {
@@ -41,6 +43,8 @@ export class Stage {
   private spread = 0;
   private reach = 0.1;
   private isStale = true;
+  private isCoarse = false;
+  private usualFrame = 0;
   private last = performance.now();
 
   /** Throws if the browser has no WebGL 2. */
@@ -115,7 +119,8 @@ export class Stage {
     const height = Math.min(this.pose?.height_m ?? radius, radius);
     const away = this.camera.position.clone().sub(this.controls.target).normalize();
     const narrower = Math.min(1, this.camera.aspect);
-    const distance = (1.12 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / narrower;
+    const margin = this.canvas.clientHeight < 480 ? 1.4 : 1.12; // room for what lies over the picture
+    const distance = (margin * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / narrower;
     this.controls.target.set(0, 0, 0.9 * height);
     this.camera.position.copy(this.controls.target).addScaledVector(away, distance);
     this.camera.near = distance / 50;
@@ -136,12 +141,22 @@ export class Stage {
 
   private frame(now: number): void {
     const seconds = Math.min((now - this.last) / 1000, 0.25);
+    if (seconds < FASTEST_FRAME_S) return;
     this.last = now;
     if (this.model && this.isTurning) this.turntable.rotation.z += TURN_RAD_PER_S * seconds;
     const isMoving = this.apply(1 - Math.exp(-EASE_PER_S * seconds));
     if (!isMoving && !this.isStale && !(this.model && this.isTurning)) return;
     this.isStale = false;
     this.renderer.render(this.scene, this.camera);
+    this.keepUp(seconds);
+  }
+
+  /** Where pictures come slowly, as without a graphics card, they get fewer pixels. */
+  private keepUp(seconds: number): void {
+    this.usualFrame = 0.8 * this.usualFrame + 0.2 * seconds;
+    if (this.isCoarse || this.usualFrame < SLOW_FRAME_S || !this.isTurning) return;
+    this.isCoarse = true;
+    this.size();
   }
 
   /** Move towards what should be shown by a share of the way; tells whether anything moved. */
@@ -173,11 +188,16 @@ export class Stage {
     return isMoving;
   }
 
+  private size(): void {
+    this.renderer.setPixelRatio(this.isCoarse ? 0.6 : Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(this.canvas.clientWidth, this.canvas.clientHeight, false);
+    this.redraw();
+  }
+
   private resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
     if (!clientWidth || !clientHeight) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.size();
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     if (this.model) this.fit(this.reach);

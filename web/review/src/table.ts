@@ -7,7 +7,7 @@ const GREY = 0.5;
 
 export class Table extends Group {
   step = 0.05;
-  private readonly shadow = new Mesh(new CircleGeometry(1, 64), new ShadowMaterial({ opacity: 0.34 }));
+  private readonly shadow = new Mesh(new CircleGeometry(1, 64), new ShadowMaterial({ opacity: 0.27 }));
   private readonly lines = new LineSegments(
     new BufferGeometry(),
     new LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
