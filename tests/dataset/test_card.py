@@ -1,5 +1,6 @@
 """The data card: what it says is what was measured, and its pictures are where it says."""
 
+import hashlib
 import re
 import sys
 from pathlib import Path
@@ -10,10 +11,12 @@ from PIL import Image
 from clutter6d.dataset.card import CardOptions, CardStep, card_file, write_card
 from clutter6d.dataset.card_subject import CardSubject, open_subject
 from clutter6d.dataset.card_tables import count_shared_assets, markdown_table
+from clutter6d.dataset.dataset import open_dataset
 from clutter6d.dataset.measurement import measure
 from clutter6d.errors import InvalidValueError, MissingDependencyError, StorageError, UnknownNameError
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
 
+ROOT = Path(__file__).resolve().parents[2]
 OPTIONS = CardOptions(scenes=1, assets=2, backend="raycast")
 
 
@@ -109,3 +112,28 @@ def test_without_matplotlib_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(MissingDependencyError, match=r'pip install "clutter6d\[card\]"'):
         write_card(subject, tmp_path / "card.md", OPTIONS)
+
+
+def test_a_data_set_is_described_with_all_its_splits_and_pools(frozen: Path) -> None:
+    subject = open_subject(str(frozen))
+    assert list(subject.splits) == ["sparse-train", "sparse-test"]
+    assert set(subject.assets["pool"]) == {"train", "test"}
+    assert subject.failures.keys() == subject.splits.keys()
+    facts = dict(subject.facts)
+    assert facts["split sparse-test"] == "track sparse, pool test, seed 2"
+    assert facts["manifest SHA-256"] == hashlib.sha256((frozen / "manifest.json").read_bytes()).hexdigest()
+
+
+def test_one_split_is_described_with_the_assets_it_uses(frozen: Path) -> None:
+    subject = open_subject(f"{frozen}/sparse-test")
+    used = {item.asset_hash for scene in subject.splits["sparse-test"].scenes for item in scene.objects}
+    assert set(subject.assets["content_hash"]) == used
+    assert set(subject.assets["pool"]) == {"test"}
+
+
+def test_the_card_in_the_documentation_is_that_of_the_frozen_data_set() -> None:
+    text = (ROOT / "docs" / "data-card.md").read_text()
+    dataset = open_dataset("clutter6d-v1")
+    assert hashlib.sha256((dataset.path / "manifest.json").read_bytes()).hexdigest() in text
+    for split in dataset.manifest.splits:
+        assert f"| {split.name} | `{split.scenes_sha256}` |" in text
