@@ -36,7 +36,8 @@ def estimate(
     with Progress(*columns, console=console) as progress:
         if assets:
             chosen = find_source(source)
-            bar = progress.add_task(f"measuring {chosen.name} objects", total=sample_assets + 1)
+            total = min(sample_assets + 1, len(chosen.objects()))
+            bar = progress.add_task(f"measuring {chosen.name} objects", total=total)
             costs["assets"] = measure_assets(chosen, sample_assets, lambda: progress.advance(bar))
         if scenes:
             made = progress.add_task("built-in objects (once)", total=None, visible=False)

@@ -40,7 +40,7 @@ def measure_assets(source: AssetSource, samples: int, on_done: OnDone = lambda: 
     """
     chosen = spread(source.objects(), samples + 1)
     settings, sizes, storing = ProcessingSettings(), list[int](), list[float]()
-    costs = _Costs()
+    costs, detail = _Costs(), "it has none"
     with TemporaryDirectory() as folder:
         library = AssetLibrary.create(Path(folder) / "library")
         for result in map_tasks(Metered(_MakeAsset(source, settings)), chosen, limits=_ASSET_LIMITS):
@@ -50,9 +50,11 @@ def measure_assets(source: AssetSource, samples: int, on_done: OnDone = lambda: 
                 library.add(reading.value)
                 storing.append(time.perf_counter() - start)
                 sizes.append(folder_bytes(library.path) - before)
+            elif result.failure is not None:
+                detail = result.failure.detail
             on_done()
     if not sizes:
-        raise InvalidValueError(f"none of {len(chosen)} sampled objects of '{source.name}' became an asset")
+        raise InvalidValueError(f"none of {len(chosen)} sampled objects of '{source.name}' became an asset ({detail})")
     return costs.unit_cost(bytes_each=_mean(sizes), share=len(sizes) / len(chosen), serial_s=_mean(storing))
 
 

@@ -2,11 +2,13 @@
 
 import logging
 import os
+import socket
 import sys
 from typing import Any
 
 from clutter6d.errors import InvalidValueError
 
+_ANSWERS_WITHIN_S = 10.0
 _OBJECT_STORE_BYTES = 256 << 20
 _QUIET = {
     "RAY_USAGE_STATS_ENABLED": "0",
@@ -35,6 +37,8 @@ def connect(address: str, workers: int) -> Any:
         raise InvalidValueError("Ray cannot start after CoACD was loaded; import ray first, at the top of the program")
     import ray
 
+    if address and not ray.is_initialized():
+        _check_answers(address)
     options: dict[str, Any] = {"address": address or "local", "logging_level": logging.ERROR, "log_to_driver": False}
     if not address:
         options |= {"num_cpus": workers, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES}
@@ -48,6 +52,17 @@ def connect(address: str, workers: int) -> Any:
             if not attempts_left:
                 raise InvalidValueError(_explain(address, error)) from None
     return ray
+
+
+def _check_answers(address: str) -> None:
+    """Refuse an address where nobody listens; Ray itself would go on trying for many minutes."""
+    if address == "auto":
+        return
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_ANSWERS_WITHIN_S).close()
+    except (OSError, OverflowError) as error:
+        raise InvalidValueError(_explain(address, error)) from None
 
 
 def _explain(address: str, error: Exception) -> str:
