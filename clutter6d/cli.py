@@ -22,7 +22,7 @@ DEBUG_VARIABLE = "CLUTTER6D_DEBUG"
 INTERRUPTED = 130
 
 SUMMARIES = {
-    "assets": "Make assets from meshes; list, show and verify them.",
+    "assets": "Make assets from meshes; annotate, review, list and verify them.",
     "generate": "Generate certified scenes of a track.",
     "estimate": "Plan a large run: hours, cores, bytes.",
     "dataset": "Look at, check, make and compare frozen data sets.",

@@ -41,7 +41,7 @@ from clutter6d.render.backend import choose_backend
 from clutter6d.render.sheet import png_of
 from clutter6d.schema import write_bytes
 
-app = typer.Typer(no_args_is_help=True, help="Make assets from meshes; list, show and verify them.")
+app = typer.Typer(no_args_is_help=True, help="Make assets from meshes; annotate, review, list and verify them.")
 
 Library = Annotated[Path, typer.Option("--library", "--out", help="Folder of the asset library.")]
 

@@ -3,11 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import get_args
 
 from clutter6d.assets.asset import Asset, Provenance
 from clutter6d.assets.attribute_change import AttributeChange
 from clutter6d.assets.library import AssetLibrary
+from clutter6d.assets.review.journal import ReviewJournal
+from clutter6d.assets.review.standing import standing_decisions
 from clutter6d.errors import Clutter6DError, UnknownNameError
 
 ANNOTATORS = ("rule", "vlm")
@@ -52,19 +55,30 @@ def open_attributes(asset: Asset, overwrite: frozenset[Provenance]) -> frozenset
 
 
 def names_to_annotate(library: AssetLibrary, settings: AnnotationSettings) -> tuple[str, ...]:
-    """The assets that have values which may be replaced, up to the limit; damaged ones among them."""
-    found: list[str] = []
-    for name in library.names():
-        if settings.limit is not None and len(found) == settings.limit:
-            break
-        try:
-            said = library.describe(name).attributes
-        except Clutter6DError:
-            found.append(name)
-            continue
-        if {getattr(said, f"{item.removesuffix('_kg')}_from") for item in ATTRIBUTES} & settings.overwrite:
-            found.append(name)
-    return tuple(found)
+    """The assets that have values which may be replaced, up to the limit; damaged ones among them.
+
+    A version that a reviewer accepted is as a person's, every value of it.
+
+    Raises:
+        InvalidFileError: The journal of the reviews is damaged.
+    """
+    accepted = frozenset[str]() if "person" in settings.overwrite else _accepted_hashes(library)
+    open_names = (name for name in library.names() if _is_open(library, name, accepted, settings.overwrite))
+    return tuple(islice(open_names, settings.limit))
+
+
+def _is_open(library: AssetLibrary, name: str, accepted: frozenset[str], overwrite: frozenset[Provenance]) -> bool:
+    try:
+        file = library.describe(name)
+    except Clutter6DError:
+        return True
+    origins = {getattr(file.attributes, f"{item.removesuffix('_kg')}_from") for item in ATTRIBUTES}
+    return file.content_hash not in accepted and bool(origins & overwrite)
+
+
+def _accepted_hashes(library: AssetLibrary) -> frozenset[str]:
+    decisions = standing_decisions(ReviewJournal(library.path).entries())
+    return frozenset(key for key, entry in decisions.items() if entry.decision == "accept")
 
 
 def news(asset: Asset, change: AttributeChange, opened: frozenset[str], origin: Provenance) -> AttributeChange:

@@ -1,7 +1,7 @@
 """Annotating a library: one asset after the other, each stored at once, resumable, and never over a person's word."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from clutter6d.assets.annotation.annotator import AnnotationFailed, Annotator, Png, Subject, Suggestion, Usage
@@ -10,7 +10,7 @@ from clutter6d.assets.annotation.threads import map_threads
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.attribute_change import changed_asset
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.errors import Clutter6DError, InvalidValueError, StorageError
+from clutter6d.errors import Clutter6DError, InvalidValueError, StorageError, UnknownNameError
 
 MAX_FAILURES_IN_A_ROW = 5
 
@@ -117,9 +117,7 @@ class _Run:
     def _store(self, subject: Subject, suggestion: Suggestion) -> Outcome:
         asset = subject.asset
         change = news(asset, suggestion.change, subject.open, self._annotator.origin)
-        if change.given and not self._settings.is_dry_run:
-            self._library.replace(asset.content_hash, changed_asset(asset, change, by=self._annotator.origin))
-        return Outcome(
+        outcome = Outcome(
             name=asset.name,
             status="annotated" if change.given else "unchanged",
             changes={name: (value_of(asset, name), getattr(change, name)) for name in change.given},
@@ -127,6 +125,14 @@ class _Run:
             usage=suggestion.usage,
             is_remembered=suggestion.is_remembered,
         )
+        if self._settings.is_dry_run or not change.given:
+            return outcome
+        try:
+            self._library.replace(asset.content_hash, changed_asset(asset, change, by=self._annotator.origin))
+        except UnknownNameError:
+            detail = "somebody else changed it meanwhile; the next run looks again"
+            return replace(outcome, status="failed", reason="changed", detail=detail, changes={})
+        return outcome
 
     def _count(self, failure: AnnotationFailed) -> None:
         """End the run where the endpoint never answered, or no longer does."""

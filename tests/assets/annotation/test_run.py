@@ -21,6 +21,7 @@ from clutter6d.assets.annotation.run import Outcome, annotate_library
 from clutter6d.assets.annotation.vlm import VlmAnnotator
 from clutter6d.assets.attribute_change import AttributeChange, changed_asset
 from clutter6d.assets.library import AssetLibrary
+from clutter6d.assets.review.session import ReviewSession
 from clutter6d.errors import InvalidValueError, UnknownNameError
 from tests.assets.annotation.conftest import box_by_rule, picture_of
 from tests.assets.annotation.endpoint_server import Said, failure, good, serve
@@ -99,6 +100,32 @@ def test_an_asset_with_no_open_value_is_not_asked_for(library: AssetLibrary, ann
     with serve(good()) as server:
         annotate(library, annotator_of(server))
     assert "known" not in {name_in(question) for question in server.questions}
+
+
+def test_a_version_that_a_reviewer_accepted_stays(library: AssetLibrary, annotator_of: Make) -> None:
+    ReviewSession(library, "Ada").decide(library.load("box-0").content_hash, "accept")
+    with serve(good()) as server:
+        annotate(library, annotator_of(server))
+        assert "box-0" not in {name_in(question) for question in server.questions}
+        annotate(library, annotator_of(server), overwrite=replaceable_origins(["person"]))
+    assert "box-0" in {name_in(question) for question in server.questions}
+
+
+def test_an_asset_that_somebody_changes_meanwhile_keeps_their_change(library: AssetLibrary, annotator_of: Make) -> None:
+    def change_it_meanwhile(question: dict) -> Said:
+        if name_in(question) == "box-1":
+            other = AssetLibrary.open(library.path)
+            old = other.load("box-1")
+            other.replace(old.content_hash, changed_asset(old, AttributeChange(mass_kg=0.77), by="person"))
+        return good()
+
+    with serve(change_it_meanwhile) as server:
+        outcomes = {outcome.name: outcome for outcome in annotate(library, annotator_of(server), concurrency=1)}
+        annotate(library, annotator_of(server))
+    assert (outcomes["box-1"].reason, outcomes["box-2"].status) == ("changed", "annotated")
+    assert library.load("box-1").mass_properties.mass_kg == 0.77
+    assert library.load("box-1").attributes.material_from == "vlm"
+    assert len(server.questions) == 4
 
 
 def test_an_unknown_origin_is_refused() -> None:
