@@ -1,4 +1,4 @@
-"""The commands ``clutter6d dataset info | verify | freeze | card | compare | install``."""
+"""The commands ``clutter6d dataset info | verify | freeze | card | compare | install | recipe``."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,6 +13,7 @@ from clutter6d.dataset.card_cli import card, compare
 from clutter6d.dataset.dataset import DEFAULT_DATASET, Dataset, dataset_names, open_dataset
 from clutter6d.dataset.freeze import Workshop, freeze
 from clutter6d.dataset.install_cli import install
+from clutter6d.dataset.list_recipe import write_recipe
 from clutter6d.dataset.manifest import Recipe
 from clutter6d.dataset.verify import (
     Finding,
@@ -33,6 +34,7 @@ app = typer.Typer(no_args_is_help=True, help="Frozen data sets: look at them, ch
 app.command()(card)
 app.command()(compare)
 app.command()(install)
+app.command("recipe")(write_recipe)
 
 Name = Annotated[str, typer.Argument(help="A data set's name or folder.")]
 Workers = Annotated[int, typer.Option(min=1, help="Worker processes.")]
