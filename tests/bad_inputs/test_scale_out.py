@@ -30,7 +30,7 @@ CASES = [
     Case(
         name="estimate-from-nothing",
         make=lambda work: ["estimate", "--source", empty_folder(work), "--scenes", "0"],
-        says=("none of 1 sampled objects", "bad.obj"),
+        says=("none of 1 sampled objects", "the file is empty"),
     ),
 ]
 
