@@ -154,6 +154,8 @@ def annotate(
             outcomes.append(outcome)
     finally:
         prices = Prices(input_per_million=price_in, output_per_million=price_out)
+        if dry_run:
+            console.print("dry run: nobody is asked and nothing is written; this is what would happen")
         for table in annotation_tables(outcomes, len(opened.names()) - len(names), prices):
             console.print(table)
 

@@ -15,7 +15,7 @@ from clutter6d.errors import Clutter6DError, UnknownNameError
 
 ANNOTATORS = ("rule", "vlm")
 ATTRIBUTES = ("category", "colour", "material", "mass_kg", "friction")
-_SAME_RATIO = 0.05
+_SAME_RATIO = 0.1
 """By how much two numbers may differ and still say the same: a volume that parts give is not exact."""
 
 
