@@ -70,7 +70,7 @@ export class Viewer {
     if (this.stage) this.stage.isTurning = isTurning;
     const button = byId("turn");
     button.setAttribute("aria-pressed", String(isTurning));
-    button.replaceChildren(isTurning ? "Turning " : "Still ", h("kbd", {}, "Space"));
+    button.replaceChildren("Turn ", h("kbd", {}, "Space"));
   }
 
   private draw(): void {
