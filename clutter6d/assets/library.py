@@ -302,7 +302,7 @@ class AssetLibrary:
 
     def _finish_replacements(self) -> None:
         """Look for what other processes did, and finish what a kill interrupted: one folder a name."""
-        if not self._look() and self._folders is not None:
+        if not self._look() and self._folders is not None and len(self._folders) == len(self._written_ns):
             return
         folders = self._whole_folders()
         self._folders = newest = {_asset_name(path): path for path in folders}

@@ -155,7 +155,7 @@ def test_replacing_by_the_same_changes_nothing(library: AssetLibrary) -> None:
         (library_module, "write_asset", False),
         (AssetLibrary, "_supersede", True),
         (AssetLibrary, "add_record", True),
-        (library_module, "_remove", True),
+        (AssetLibrary, "_remove", True),
         (shutil, "rmtree", True),
     ],
 )
