@@ -14,11 +14,11 @@ Equal scenes give equal bytes.
 import os
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdUtils
 
 from clutter6d.assets.asset import Asset
 from clutter6d.errors import StorageError
@@ -160,8 +160,7 @@ def export_usdz(scene: Scene, assets: Mapping[str, Asset], folder: Path) -> Path
         crate = _export_crate(scene, assets, Path(scratch) / "scene.usdc")
         package = Path(scratch) / "scene.usdz"
         os.utime(crate, (PACKAGE_TIME, PACKAGE_TIME))
-        if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(crate)), str(package)):
-            raise StorageError(f"cannot write {package}: OpenUSD could not make the package; is the disk full?")
+        _written(package, lambda: UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(crate)), str(package)))
         content = package.read_bytes()
     write_bytes(folder / "LICENCES.csv", licence_table(scene, assets))
     write_bytes(folder / "scene.usdz", content)
@@ -170,6 +169,15 @@ def export_usdz(scene: Scene, assets: Mapping[str, Asset], folder: Path) -> Path
 
 def _export_crate(scene: Scene, assets: Mapping[str, Asset], path: Path) -> Path:
     stage = scene_stage(scene, assets)  # a layer lives no longer than its stage
-    if not stage.GetRootLayer().Export(str(path)):
-        raise StorageError(f"cannot write {path}: OpenUSD could not write it; is the disk full?")
+    return _written(path, lambda: stage.GetRootLayer().Export(str(path)))
+
+
+def _written(path: Path, write: Callable[[], bool]) -> Path:
+    """The path, once OpenUSD has written it."""
+    try:
+        is_written = write()
+    except Tf.ErrorException:
+        is_written = False
+    if not is_written:
+        raise StorageError(f"cannot write {path}: OpenUSD could not; is the disk full? nothing earlier was changed")
     return path

@@ -49,10 +49,10 @@ def define_robot(stage: Usd.Stage, path: Sdf.Path) -> UsdGeom.Xform:
         robot.GetPrim(), "PhysxArticulationAPI", {"physxArticulation:enabledSelfCollisions": (_BOOL, False)}
     )
     model, data = fixtures()
-    frictions = _Materials(stage, path.AppendChild("materials"))
+    materials = _Materials(stage, path.AppendChild("materials"))
     UsdGeom.Scope.Define(stage, path.AppendChild("joints"))
     for body in robot_bodies(model):
-        _define_link(stage, path, model, data, body, frictions)
+        _define_link(stage, path, model, data, body, materials)
     for body in robot_bodies(model):
         _define_joint(stage, path, model, body)
     group = UsdPhysics.CollisionGroup.Define(stage, path.AppendChild("no_self_contact"))
@@ -93,11 +93,15 @@ def _define_link(
     make_rigid_body(link.GetPrim(), float(model.body_mass[body]), model.body_ipos[body], inertia)
     # The arm's own controller carries its weight, as gravcomp does in the MJCF.
     add_vendor_schema(link.GetPrim(), "PhysxRigidBodyAPI", {"physxRigidBody:disableGravity": (_BOOL, True)})
+    _define_shapes(stage, path, model, body, materials)
+
+
+def _define_shapes(stage: Usd.Stage, link: Sdf.Path, model: mujoco.MjModel, body: int, materials: _Materials) -> None:
     for kind, collides in (("visual", False), ("collision", True)):
         geoms = geoms_of(model, body, colliding=collides)
         if not geoms:
             continue
-        below = UsdGeom.Xform.Define(stage, path.AppendChild(kind))
+        below = UsdGeom.Xform.Define(stage, link.AppendChild(kind))
         if collides:
             hide_from_renderers(below.GetPrim())
         for index, geom in enumerate(geoms):

@@ -1,11 +1,12 @@
 """Exports that cannot be: unknown formats, scenes that are not there, places that cannot be written."""
 
 import json
+import resource
 from collections.abc import Sequence
 
 import pytest
 
-from tests.bad_inputs.harness import Case, Workspace, check_refusal, fingerprint, run_command
+from tests.bad_inputs.harness import Case, Workspace, check_refusal, fingerprint, run_command, run_process
 
 
 def export(work: Workspace, *, scene: str = "", formats: str = "usd", out: str = "") -> Sequence[str]:
@@ -75,3 +76,19 @@ def test_a_folder_where_the_file_should_be_is_named(workspace: Workspace) -> Non
 def test_a_place_that_cannot_be_written_is_named(name: str, workspace: Workspace) -> None:
     outcome = run_command(export(workspace, scene="scenes/boxes-0", formats=name, out="/proc/1/exported"))
     check_refusal(outcome, 1, ("/proc/1/exported", "nothing earlier was changed"))
+
+
+def small_files_only() -> None:
+    """In a child, before it starts: the kernel refuses to let a file grow beyond 4 KiB."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+
+@pytest.mark.parametrize("name", ["mjcf", "usd", "usdz", "glb"])
+def test_a_full_disk_is_one_line_and_leaves_what_was_there(name: str, workspace: Workspace) -> None:
+    arguments = export(workspace, scene="scenes/boxes-0", formats=name)
+    assert run_command(arguments).code == 0
+    before = fingerprint(workspace.path)
+    check_refusal(
+        run_process(arguments, preexec_fn=small_files_only), 1, ("cannot write", "nothing earlier was changed")
+    )
+    assert fingerprint(workspace.path) == before
