@@ -69,7 +69,7 @@ class ReviewSession:
         self._lock = threading.RLock()
         self._entries: tuple[ReviewEntry, ...] = ()
         self._assets: dict[str, AssetFile] = {}
-        self._seen: tuple[int, int] | None = None
+        self._seen: tuple[int, ...] = ()
         with self._writing():
             pass
 
@@ -164,8 +164,8 @@ class ReviewSession:
     def _take(self, journal: JournalWriter, entry: ReviewEntry) -> None:
         journal.append(entry)
         self._entries = (*self._entries, entry)
-        self._seen = self._journal.version()
         self._finish_last()
+        self._seen = self._version()
 
     def _finish_last(self) -> None:
         """Bring the library to where the last entry says it is."""
@@ -192,20 +192,25 @@ class ReviewSession:
             raise UnknownVersionError(problem)
         return found
 
+    def _version(self) -> tuple[int, ...]:
+        """Changes whenever a decision is made, or an asset comes, goes or is changed."""
+        assets = self.path / "assets"
+        return (*self._journal.version(), assets.stat().st_mtime_ns if assets.exists() else 0)
+
     @contextmanager
     def _current(self) -> Iterator[None]:
         """Everything as it is now; waits for another process that is in the middle of a decision."""
         with self._lock:
-            if self._journal.version() != self._seen:
+            if self._version() != self._seen:
                 with self._writing():
                     pass
             yield
 
     @contextmanager
     def _writing(self) -> Iterator[JournalWriter]:
-        """The journal, locked, with everything that others wrote or left unfinished taken into account."""
+        """The journal, locked, with everything that others changed or left unfinished taken into account."""
         with self._lock, self._journal.locked() as journal:
-            version = self._journal.version()
+            version = self._version()
             if version != self._seen:
                 self._entries = self._journal.entries()
                 self._library = AssetLibrary.open(self.path)

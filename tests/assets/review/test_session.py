@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clutter6d.assets.attribute_change import AttributeChange
+from clutter6d.assets.attribute_change import AttributeChange, changed_asset
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.review.journal import ReviewJournal
 from clutter6d.assets.review.session import ReviewConflictError, ReviewSession, UnknownVersionError
@@ -130,6 +130,16 @@ def test_a_stale_version_cannot_be_decided_on(session: ReviewSession, library: A
         session.decide(stale, "accept")
     with pytest.raises(UnknownVersionError):
         session.load(stale)
+
+
+def test_a_change_that_is_no_review_is_noticed(session: ReviewSession, library: AssetLibrary) -> None:
+    session.decide(hash_of(library, NAME), "accept")
+    annotated = changed_asset(library.load(NAME), AttributeChange(material="clay"), by="vlm")
+    AssetLibrary.open(library.path).replace(hash_of(library, NAME), annotated)
+    status = session.status()
+    assert status.assets[NAME].attributes.material == "clay"
+    assert status.decision_on(NAME) is None
+    assert session.load(annotated.content_hash).name == NAME
 
 
 def test_an_edit_that_others_built_on_cannot_be_undone(session: ReviewSession, library: AssetLibrary) -> None:
