@@ -2,6 +2,7 @@
 
 import json
 import logging
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +15,7 @@ from clutter6d.assets.annotation.endpoint import Endpoint
 from clutter6d.assets.annotation.endpoint_settings import EndpointSettings, settings_from_environment
 from clutter6d.assets.annotation.memory import FOLDER, AnswerMemory
 from clutter6d.assets.annotation.vlm import VlmAnnotator
-from clutter6d.errors import InvalidValueError
+from clutter6d.errors import InvalidValueError, MissingDependencyError
 from tests.assets.annotation.endpoint_server import GOOD, KEY, MODEL, Said, failure, good, serve
 
 Make = Callable[..., VlmAnnotator]
@@ -227,6 +228,12 @@ def test_an_endpoint_of_ones_own_needs_no_key(
         settings = settings_from_environment(model=MODEL, base_url=server.url)
         VlmAnnotator(Endpoint(settings), AnswerMemory(tmp_path, MODEL)).annotate(subject)
     assert server.keys == ["Bearer none"]
+
+
+def test_without_the_client_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "openai", None)
+    with pytest.raises(MissingDependencyError, match=r'pip install "clutter6d\[vlm\]"'):
+        Endpoint(EndpointSettings(model=MODEL))
 
 
 def test_what_is_not_given_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
