@@ -207,8 +207,7 @@ def _licences(content: CardContent) -> str:
 
 {licence_table(content.assets)}
 
-Author, source and licence of every single asset travel with it, and the data set's asset list names them. The scenes
-themselves are under the project's licence, Apache-2.0."""
+Author, source and licence of every single asset travel with it, and the data set's asset list names them."""
 
 
 def _maintenance(content: CardContent) -> str:

@@ -89,6 +89,7 @@ def _facts_of(dataset: Dataset) -> Facts:
         for split in manifest.splits
     ]
     return (
+        ("licence of the scenes", manifest.licence),
         ("engine", manifest.engine),
         ("scene generator, asset processing", f"{manifest.generator_version}, {manifest.processing_version}"),
         *pools,
