@@ -1,4 +1,4 @@
-"""Loads exported scenes into Newton, an engine that shares no code with MuJoCo, and measures whether they stand still.
+"""Loads exported scenes into Newton, another engine, and measures whether they stand still.
 
     pip install "clutter6d[newton]"
     python examples/check_usd_in_newton.py SCENES_OR_SPLIT [--limit N] [--out drift.csv]

@@ -1,4 +1,4 @@
-"""An exported scene stands still in Newton, an engine that shares no code with MuJoCo; the check says so, and resumes.
+"""An exported scene stands still in Newton, another engine; the check says so, and resumes.
 
 Newton compiles its kernels when they are first used on a machine, which takes about a minute.
 """
