@@ -55,13 +55,12 @@ class Meter:
         me = psutil.Process()
         for process in (me, *me.children(recursive=True)):
             try:
-                times = process.cpu_times()
-                parent = process.parent()
-                is_worker = "multiprocessing.spawn" in " ".join(process.cmdline()) and parent is not None
+                times, command = process.cpu_times(), " ".join(process.cmdline())
             except psutil.Error:
                 continue
-            part = PARTS[0] if process == me else PARTS[1] if is_worker else PARTS[2]
-            self._seconds[process.pid] = (part, times.user + times.system)
+            part = PARTS[0] if process == me else PARTS[1] if "multiprocessing.spawn" in command else PARTS[2]
+            known, _ = self._seconds.get(process.pid, (part, 0.0))  # one that is ending has no command any more
+            self._seconds[process.pid] = (known, times.user + times.system)
 
     def total(self) -> Counter[str]:
         """Processor seconds so far, by part."""
@@ -73,10 +72,10 @@ class Meter:
 
     @contextmanager
     def running(self) -> Iterator["Meter"]:
-        """Sample twice a second, since workers that end take their clocks with them."""
+        """Sample every second, since workers that end take their clocks with them."""
 
         def watch() -> None:
-            while not self._stop.wait(0.5):
+            while not self._stop.wait(1.0):
                 self._sample()
 
         thread = threading.Thread(target=watch, daemon=True)

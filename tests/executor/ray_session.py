@@ -4,6 +4,7 @@ Ray keeps threads and state in the process that starts it, and cannot start afte
 it from outside. A whole session takes about as long as starting Ray.
 """
 
+import contextlib
 import json
 import os
 import signal
@@ -13,6 +14,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+import psutil
 
 from clutter6d.errors import Clutter6DError
 from clutter6d.executor import TaskLimits, TaskResult, map_tasks, parse_executor
@@ -30,15 +33,17 @@ def plain(results: Iterator[TaskResult[Any, Any]]) -> list[list[Any]]:
 
 
 def kill_an_actor(log: Path) -> None:
-    """Once an item is under way."""
-    while not log.exists() or len(read_log(log)) < 3:
-        time.sleep(0.02)
-    started = read_log(log)[-1]
-    os.kill(started[3], signal.SIGKILL)
+    """Once one item is done and another has just begun."""
+    while True:
+        events = read_log(log) if log.exists() else []
+        if len(events) >= 3 and events[-1][0] == "start":
+            os.kill(events[-1][3], signal.SIGKILL)
+            return
+        time.sleep(0.01)
 
 
 def with_a_killed_actor(folder: Path) -> dict[str, Any]:
-    task = Counted(folder / "counted", seconds=0.5)
+    task = Counted(folder / "counted", seconds=1.0)
     threading.Thread(target=kill_an_actor, args=(task.log,), daemon=True).start()
     return {"results": plain(map_tasks(task, range(8), workers=2, executor=RAY)), "log": read_log(task.log)}
 
@@ -72,15 +77,11 @@ def main(folder: Path) -> dict[str, Any]:
 
 def listening() -> list[str]:
     """Addresses on which this session's processes listen."""
-    import psutil
-
-    processes = [psutil.Process(), *psutil.Process().children(recursive=True)]
-    found = {
-        connection.laddr.ip
-        for process in processes
-        for connection in process.net_connections(kind="inet")
-        if connection.status == psutil.CONN_LISTEN
-    }
+    found: set[str] = set()
+    for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            connections = process.net_connections(kind="inet")
+            found |= {item.laddr.ip for item in connections if item.status == psutil.CONN_LISTEN}
     return sorted(found)
 
 
