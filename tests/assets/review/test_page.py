@@ -48,7 +48,7 @@ def watched_page(browser: Browser, **options: str) -> Iterator[Page]:
     """A page that fails its test if a script fails or anything but the server is asked."""
     context = browser.new_context(viewport={"width": 1000, "height": 640}, **options)
     page, problems, asked = context.new_page(), [], []
-    page.set_default_timeout(20_000)
+    page.set_default_timeout(60_000)
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
     page.on("request", lambda request: asked.append(request.url))
@@ -77,7 +77,7 @@ def picture(page: Page) -> np.ndarray:
 
 def wait_until_other_than(page: Page, before: np.ndarray) -> np.ndarray:
     """The picture, once a hundredth of it differs."""
-    for _ in range(50):
+    for _ in range(100):
         now = picture(page)
         if (np.abs(now - before).max(axis=-1) > 30).mean() > 0.01:
             return now
@@ -87,7 +87,7 @@ def wait_until_other_than(page: Page, before: np.ndarray) -> np.ndarray:
 
 def wait_until_still(page: Page) -> np.ndarray:
     before = picture(page)
-    for _ in range(50):
+    for _ in range(100):
         page.wait_for_timeout(150)
         now = picture(page)
         if np.array_equal(now, before):
