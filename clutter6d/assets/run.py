@@ -14,6 +14,8 @@ from clutter6d.assets.sources.base import AssetSource, SourceObject
 from clutter6d.errors import MeshRejectedError
 from clutter6d.executor import LOCAL, Executor, TaskFailure, TaskLimits, TaskResult, map_tasks
 
+UNAVAILABLE = "unavailable"
+"""Reason of an object that could not be downloaded; the next run tries again."""
 _LESS_EFFORT: dict[Effort, Effort] = {"normal": "coarse", "coarse": "hull"}
 _REASONS = {"crash": "crashed", "timeout": "timed-out", "memory": "out-of-memory", "error": "failed"}
 
@@ -78,7 +80,7 @@ def run(
     for item in items:
         job = _Job(item=item, fingerprint=fingerprint_of(source, item, settings))
         record = library.record(job.fingerprint)
-        if record is None:
+        if record is None or record.reason == UNAVAILABLE:
             jobs.append(job)
         else:
             yield record

@@ -191,13 +191,24 @@ def test_a_list_is_processed_to_the_sizes_it_promises(tmp_path: Path) -> None:
     settings = ProcessingSettings()
     library = AssetLibrary.create(tmp_path / "library", settings_as_stored(settings))
     records = list(run(source, source.objects(), library, settings, RunSettings()))
-    assert {record.status for record in records} == {"accepted"}
+    assert [(record.status, record.detail) for record in records] == [("accepted", "")] * 2
     made = {asset.licence.source_id: asset for asset in map(library.load, library.names())}
     for item in listed:
         assert made[item.uid].size_class == item.size_class
         assert 100 * made[item.uid].longest_extent_m == pytest.approx(item.longest_cm, abs=0.01)
         assert made[item.uid].licence.author == item.author
         assert made[item.uid].attributes.category == item.category
+
+
+def test_what_could_not_be_downloaded_is_tried_again_by_the_next_run(tmp_path: Path) -> None:
+    finish(Objaverse(), CurationSettings(count=1), tmp_path / "list.csv")
+    settings = ProcessingSettings()
+    library = AssetLibrary.create(tmp_path / "library", settings_as_stored(settings))
+    statuses: list[str] = []
+    for package in (LocalObjaverse(tmp_path), BoxOf(LocalObjaverse(tmp_path))):
+        source = ObjaverseSource(list_file=tmp_path / "list.csv", downloader=package)
+        statuses += [record.status for record in run(source, source.objects(), library, settings, RunSettings())]
+    assert statuses == ["rejected", "accepted"]
 
 
 class BoxOf:

@@ -79,6 +79,7 @@ class ListedObject(BaseModel):
                 name=self.licence, author=self.author, source="objaverse", source_id=self.uid, url=self.url
             ),
             hints=AttributeHints(category=slug if self.category else None),
+            is_metric=False,
         )
 
 
