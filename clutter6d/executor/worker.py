@@ -71,7 +71,10 @@ class Worker:
         limit = self._limits.seconds
         if limit is None or not self._is_ready:
             return _LONGEST_WAIT_S
-        used = max(self._processor_seconds() - self._used_before, (time.monotonic() - self._started) / _PATIENCE)
+        elapsed = time.monotonic() - self._started
+        if elapsed < limit:  # one thread cannot have used more than that, and asking the system costs time
+            return min(limit - elapsed, _LONGEST_WAIT_S)
+        used = max(self._processor_seconds() - self._used_before, elapsed / _PATIENCE)
         return min(max(limit - used, 0.0), _LONGEST_WAIT_S)
 
     def _processor_seconds(self) -> float:
