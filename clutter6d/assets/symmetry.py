@@ -57,11 +57,20 @@ def find_symmetries(
     axes = _candidate_axes(inertia, settings.similar_moments)
     continuous = next((axis for axis in axes if trial.is_continuous(axis)), None)
     if continuous is not None:
-        return _with_axis(trial, continuous)
+        return rounded(_with_axis(trial, continuous))
     rotations = [
         _turn(axis, 2 * np.pi / fold) for axis in axes for fold in _FOLDS if trial.holds(axis, 2 * np.pi / fold)
     ]
-    return SymmetryGroup(discrete_quats_wxyz=_closure(rotations), continuous_axis=None)
+    return rounded(SymmetryGroup(discrete_quats_wxyz=_closure(rotations), continuous_axis=None))
+
+
+def rounded(group: SymmetryGroup) -> SymmetryGroup:
+    """To nine decimals: the principal axes of inertia differ in their last digits between processors."""
+    quats, axis = np.round(group.discrete_quats_wxyz, 9) + 0.0, group.continuous_axis
+    if axis is not None:
+        x, y, z = (float(value) for value in np.round(axis, 9) + 0.0)
+        axis = (x, y, z)
+    return SymmetryGroup(discrete_quats_wxyz=quats, continuous_axis=axis)
 
 
 class _Trial:
