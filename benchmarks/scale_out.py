@@ -3,7 +3,7 @@
 Ray is started before the clock; starting the workers is on the clock. Processor time is that of this process (which
 stores assets), of the worker processes, and of everything of Ray's own:
 
-    python benchmarks/scale_out.py [--items 200] [--workers 2] [--track sparse] [--executor ray] [--rounds 1]
+    python benchmarks/scale_out.py [--items 200] [--workers 2] [--source procedural] [--track sparse] [--rounds 1]
 
 With more rounds, one worker and two take turns, and the fastest of each counts, so that other work disturbs less.
 """
@@ -89,13 +89,17 @@ class Meter:
             thread.join()
 
 
-def process_assets(items: int, workers: int, executor: Executor, folder: Path) -> None:
-    """The first objects of the procedural source."""
-    source, settings = make_source("procedural", limit=items), ProcessingSettings()
-    library = AssetLibrary.create(folder, settings_as_stored(settings))
-    chosen = source.objects()[:items]
-    for _ in run(source, chosen, library, settings, RunSettings(workers=workers, executor=executor)):
-        pass
+def make_assets(name: str) -> Callable[[int, int, Executor, Path], None]:
+    """The first objects of a source."""
+
+    def make(items: int, workers: int, executor: Executor, folder: Path) -> None:
+        source, settings = make_source(name, limit=items), ProcessingSettings()
+        library = AssetLibrary.create(folder, settings_as_stored(settings))
+        chosen = source.objects()[:items]
+        for _ in run(source, chosen, library, settings, RunSettings(workers=workers, executor=executor)):
+            pass
+
+    return make
 
 
 def make_scenes(track: str) -> Callable[[int, int, Executor, Path], None]:
@@ -143,13 +147,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--items", type=int, default=200)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--source", default="procedural")
     parser.add_argument("--track", default="sparse")
     parser.add_argument("--executor", default="ray")
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--only", choices=("assets", "scenes"))
     options = parser.parse_args(arguments)
     executor = parse_executor(options.executor)
-    works = {"assets": process_assets, f"{options.track} scenes": make_scenes(options.track)}
+    works = {"assets": make_assets(options.source), f"{options.track} scenes": make_scenes(options.track)}
     works = {name: work for name, work in works.items() if name.endswith(options.only or "")}
     start = time.perf_counter()
     list(map_tasks(abs, [-1], workers=1, executor=executor))

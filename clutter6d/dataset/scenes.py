@@ -11,6 +11,8 @@ from clutter6d.errors import MissingFileError, UnknownNameError, UserError
 from clutter6d.scene import Scene
 from clutter6d.scenegen.scene_set import HEADER, SceneSet
 
+_HINT = "make one with: clutter6d generate --track sparse --out FOLDER"
+
 
 @runtime_checkable
 class SceneCollection(Protocol):
@@ -50,7 +52,7 @@ def open_scenes(name_or_folder: str | Path) -> SceneCollection:
     """The scenes of a folder made by ``clutter6d generate``, or of a frozen split.
 
     Raises:
-        MissingFileError: A folder without scenes.
+        MissingFileError: A folder without scenes, or an absolute path with nothing there.
         UnknownNameError: Neither a folder nor a split's name.
         InvalidFileError: What is there is damaged.
     """
@@ -58,10 +60,12 @@ def open_scenes(name_or_folder: str | Path) -> SceneCollection:
     if (folder / HEADER).is_file():
         return cast(SceneCollection, SceneSet.open(folder))  # its cached properties are properties
     if folder.is_dir():
-        raise MissingFileError("scene set", folder, "make one with: clutter6d generate --track sparse --out FOLDER")
+        raise MissingFileError("scene set", folder, _HINT)
     try:
         return cast(SceneCollection, load_split(str(name_or_folder)))
     except UnknownNameError:
+        if folder.is_absolute():
+            raise MissingFileError("scene set", folder, _HINT) from None
         raise UnknownNameError("folder of scenes or split", str(name_or_folder), split_names()) from None
 
 

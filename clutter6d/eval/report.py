@@ -67,7 +67,7 @@ class RunSettings(FileModel):
 
     @property
     def label(self) -> Label:
-        """``official`` for all pairs of a frozen test split, ``quick`` for fewer; ``not official`` for anything else."""
+        """``official`` for all pairs of a frozen test split, ``quick`` for fewer; else ``not official``."""
         is_frozen = len(self.tracks) == 1 and OFFICIAL_SPLITS.get(self.tracks[0]) == self.split_sha256
         if not is_frozen or self.max_steps != MAX_CONTROL_STEPS or self.action_config() != ActionConfig():
             return "not official"

@@ -68,7 +68,7 @@ def test_replay_ends_with_1_where_an_outcome_was_changed(folder, capsys):
     [
         (["--policy", "nothing"], "unknown policy 'nothing'"),
         (["--policy", "bomb.pt"], "checkpoint not found"),
-        (["--scenes", "nowhere"], "scene set not found"),
+        (["--scenes", "nowhere"], "unknown folder of scenes or split 'nowhere'"),
         (["--seed", "1"], "other settings (seed was 0, is 1)"),
         (["--num-envs", "0"], "--num-envs"),
     ],

@@ -119,12 +119,12 @@ def test_render_draws_one_scene_of_a_set_and_a_video(stored_set, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["render", "no-such-folder"], "scene set not found"),
+        (["render", "no-such-folder"], "unknown folder of scenes or split 'no-such-folder'"),
         (["render", "{set}", "--pair", "99"], "not 99"),
         (["render", "{set}", "--backend", "vulkan"], "unknown rendering backend 'vulkan'"),
         (["render", "{set}", "--backend", "raycast", "--width", "0"], "positive sizes"),
         (["view", "{set}"], "needs a display"),
-        (["view", "{set}", "--scene", "nothing"], "not found"),
+        (["view", "{set}", "--scene", "nothing"], "unknown scene"),
     ],
 )
 def test_mistakes_end_in_one_line_and_exit_code_2(stored_set, tmp_path, monkeypatch, capsys, arguments, message):
