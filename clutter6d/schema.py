@@ -123,10 +123,15 @@ class ArraySpec:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write named arrays to one compressed ``.npz``, atomically; equal arrays give equal bytes."""
+    """Write named arrays to one compressed ``.npz``, atomically."""
+    write_bytes(path, array_bytes(arrays))
+
+
+def array_bytes(arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Named arrays as they are written; equal arrays give equal bytes."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **dict(arrays))
-    write_bytes(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def read_arrays(path: Path, specs: Mapping[str, ArraySpec], *, what: str) -> dict[str, np.ndarray]:

@@ -1,7 +1,7 @@
 """How an asset is stored: ``asset.json`` for what is said, ``geometry.npz`` for what is measured."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,7 +24,7 @@ from clutter6d.assets.asset import (
     hash_asset,
 )
 from clutter6d.errors import InvalidFileError
-from clutter6d.schema import ArraySpec, FileModel, read_arrays, read_model, write_arrays, write_model
+from clutter6d.schema import ArraySpec, FileModel, array_bytes, read_arrays, read_model, write_bytes, write_model
 
 JSON_NAME = "asset.json"
 ARRAYS_NAME = "geometry.npz"
@@ -101,14 +101,33 @@ class AssetFile(FileModel):
     quality: QualityModel
 
 
-def write_asset(folder: Path, asset: Asset) -> None:
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PackedAsset:
+    """An asset as its two files: packed by whoever makes it, so that storing it costs little.
+
+    Attributes:
+        description: Content of ``asset.json``.
+        geometry: Bytes of ``geometry.npz``.
+    """
+
+    description: AssetFile
+    geometry: bytes
+
+
+def pack_asset(asset: Asset) -> PackedAsset:
+    """An asset as its two files."""
+    return PackedAsset(description=describe_asset(asset), geometry=array_bytes(asset_geometry(asset)))
+
+
+def write_asset(folder: Path, asset: Asset | PackedAsset) -> None:
     """Store an asset; ``asset.json`` is written last, so a folder that has it is whole.
 
     Raises:
         StorageError: The disk is full or the folder cannot be written.
     """
-    write_arrays(folder / ARRAYS_NAME, asset_geometry(asset))
-    write_model(folder / JSON_NAME, describe_asset(asset))
+    packed = asset if isinstance(asset, PackedAsset) else pack_asset(asset)
+    write_bytes(folder / ARRAYS_NAME, packed.geometry)
+    write_model(folder / JSON_NAME, packed.description)
 
 
 def describe_asset(asset: Asset) -> AssetFile:

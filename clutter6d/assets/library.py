@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from clutter6d.assets.asset import Asset
-from clutter6d.assets.asset_file import JSON_NAME, AssetFile, read_asset, read_asset_file, write_asset
+from clutter6d.assets.asset import Asset, Licence
+from clutter6d.assets.asset_file import JSON_NAME, AssetFile, PackedAsset, read_asset, read_asset_file, write_asset
 from clutter6d.assets.review.standing import rejected_hashes
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
 from clutter6d.schema import FileModel, read_bytes, read_model, write_model
@@ -165,18 +165,37 @@ class AssetLibrary:
         Raises:
             StorageError: The disk is full or the folder cannot be written.
         """
+        asset = replace(asset, name=self._free_name(asset.name, asset.content_hash, asset.licence))
+        self._put(asset.name, asset.content_hash, asset)
+        return asset
+
+    def add_packed(self, packed: PackedAsset) -> AssetFile:
+        """Store an asset that was packed elsewhere; as :meth:`add`.
+
+        Returns:
+            What is said of the asset as stored.
+        """
+        file = packed.description
+        licence = Licence(**file.licence.model_dump())
+        file = file.model_copy(update={"name": self._free_name(file.name, file.content_hash, licence)})
+        self._put(file.name, file.content_hash, PackedAsset(description=file, geometry=packed.geometry))
+        return file
+
+    def _free_name(self, name: str, content_hash: str, licence: Licence) -> str:
+        """The name, unless it belongs to another object already."""
         self._finish_replacements()
-        earlier = self._by_name().get(asset.name)
-        if earlier is not None and not _is_same_object(earlier, asset):
-            asset = replace(asset, name=f"{asset.name}-{asset.content_hash[:6]}")
-            earlier = self._by_name().get(asset.name)
-        folder = self.path / "assets" / _folder_name(asset.name, asset.content_hash)
+        earlier = self._by_name().get(name)
+        return name if earlier is None or _is_same_object(earlier, licence) else f"{name}-{content_hash[:6]}"
+
+    def _put(self, name: str, content_hash: str, asset: Asset | PackedAsset) -> None:
+        """Write what is not there yet, and take the place of an earlier version."""
+        earlier = self._by_name().get(name)
+        folder = self.path / "assets" / _folder_name(name, content_hash)
         if not (folder / JSON_NAME).exists():
             write_asset(folder, asset)
         if earlier is not None and earlier != folder:
             self._remove(earlier)
-        self._note(asset.name, folder)
-        return asset
+        self._note(name, folder)
 
     def replace(self, old_hash: str, asset: Asset) -> Asset:
         """Store a changed version of an asset in the old one's place, and let the old one's record name it.
@@ -347,6 +366,6 @@ def _asset_name(folder: Path) -> str:
     return folder.name[: -_HASH_CHARS - 1]
 
 
-def _is_same_object(folder: Path, asset: Asset) -> bool:
+def _is_same_object(folder: Path, licence: Licence) -> bool:
     earlier = read_asset_file(folder).licence
-    return (earlier.source, earlier.source_id) == (asset.licence.source, asset.licence.source_id)
+    return (earlier.source, earlier.source_id) == (licence.source, licence.source_id)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from clutter6d.assets.asset import Asset
+from clutter6d.assets.asset_file import PackedAsset, pack_asset
 from clutter6d.assets.decomposition import Effort
 from clutter6d.assets.library import AssetLibrary, ProcessingRecord
 from clutter6d.assets.processing import ProcessingSettings, process_object
@@ -48,13 +48,15 @@ class _Job:
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """What a worker does; sent to it once."""
+    """What a worker does; sent to it once. The worker packs, so that the one process that stores does little."""
 
     source: AssetSource
     settings: ProcessingSettings = field(default_factory=ProcessingSettings)
 
-    def __call__(self, job: _Job) -> Asset:
-        return process_object(self.source, job.item, self.settings, effort=job.effort)
+    def __call__(self, job: _Job) -> PackedAsset:
+        asset = process_object(self.source, job.item, self.settings, effort=job.effort)
+        fallbacks = (*job.fallbacks, *asset.quality.fallbacks)
+        return pack_asset(replace(asset, quality=replace(asset.quality, fallbacks=fallbacks)))
 
 
 def settings_as_stored(settings: ProcessingSettings) -> dict[str, Any]:
@@ -103,7 +105,7 @@ def fingerprint_of(source: AssetSource, item: SourceObject, settings: Processing
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 
 
-def _retry(result: TaskResult[_Job, Asset]) -> _Job | None:
+def _retry(result: TaskResult[_Job, PackedAsset]) -> _Job | None:
     """The same job with less effort, if its convex parts are what killed it."""
     job, failure = result.item, result.failure
     if failure is None or failure.stage != "decomposition" or isinstance(failure.error, MeshRejectedError):
@@ -119,8 +121,8 @@ def _retry(result: TaskResult[_Job, Asset]) -> _Job | None:
     )
 
 
-def _store(library: AssetLibrary, source: AssetSource, result: TaskResult[_Job, Asset]) -> ProcessingRecord:
-    job, asset = result.item, result.value
+def _store(library: AssetLibrary, source: AssetSource, result: TaskResult[_Job, PackedAsset]) -> ProcessingRecord:
+    job = result.item
     record = ProcessingRecord(
         fingerprint=job.fingerprint,
         source=source.name,
@@ -130,10 +132,9 @@ def _store(library: AssetLibrary, source: AssetSource, result: TaskResult[_Job, 
         seconds=round(job.seconds + result.seconds, 4),
         fallbacks=job.fallbacks,
     )
-    if asset is not None:
-        fallbacks = (*job.fallbacks, *asset.quality.fallbacks)
-        asset = library.add(replace(asset, quality=replace(asset.quality, fallbacks=fallbacks)))
-        found = {"asset_name": asset.name, "asset_hash": asset.content_hash, "fallbacks": fallbacks}
+    if result.value is not None:
+        stored = library.add_packed(result.value)
+        found = {"asset_name": stored.name, "asset_hash": stored.content_hash, "fallbacks": stored.quality.fallbacks}
         record = record.model_copy(update={"status": "accepted", **found})
     elif result.failure is not None:
         record = record.model_copy(update=_explain(result.failure))
