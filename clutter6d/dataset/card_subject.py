@@ -104,7 +104,7 @@ def _said(options: Mapping[str, object]) -> str:
 
 
 def _of_split(name: str, split: Split) -> CardSubject:
-    entry, collection = split.entry, cast(SceneCollection, split)
+    entry, collection = split.entry, split
     return CardSubject(
         name=name,
         facts=(("track", entry.track), ("pool", entry.pool), ("seed", str(entry.seed))),
@@ -118,7 +118,7 @@ def _of_split(name: str, split: Split) -> CardSubject:
 def _of_folder(scenes: SceneSet) -> CardSubject:
     _ = scenes.scenes  # a damaged one is refused here
     header, split = scenes.header, scenes.path.resolve().name
-    collection = cast(SceneCollection, scenes)
+    collection = scenes
     return CardSubject(
         name=split,
         facts=(

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol, cast, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from clutter6d.assets.asset import Asset
 from clutter6d.dataset.dataset import DEFAULT_DATASET, dataset_names, open_dataset
@@ -48,7 +48,7 @@ def load_split(name: str) -> Split:
     return open_dataset(dataset or DEFAULT_DATASET).split(split)
 
 
-def open_scenes(name_or_folder: str | Path) -> SceneCollection:
+def open_scenes(name_or_folder: str | Path) -> SceneSet | Split:
     """The scenes of a folder made by ``clutter6d generate``, or of a frozen split.
 
     Raises:
@@ -58,18 +58,18 @@ def open_scenes(name_or_folder: str | Path) -> SceneCollection:
     """
     folder = Path(name_or_folder)
     if (folder / HEADER).is_file():
-        return cast(SceneCollection, SceneSet.open(folder))  # its cached properties are properties
+        return SceneSet.open(folder)
     if folder.is_dir():
         raise MissingFileError("scene set", folder, _HINT)
     try:
-        return cast(SceneCollection, load_split(str(name_or_folder)))
+        return load_split(str(name_or_folder))
     except UnknownNameError:
         if folder.is_absolute():
             raise MissingFileError("scene set", folder, _HINT) from None
         raise UnknownNameError("folder of scenes or split", str(name_or_folder), split_names()) from None
 
 
-def find_scenes(where: str | Path) -> tuple[SceneCollection, Sequence[Scene]]:
+def find_scenes(where: str | Path) -> tuple[SceneSet | Split, Sequence[Scene]]:
     """The scenes that an argument means, and the collection they belong to.
 
     Args:
@@ -83,11 +83,11 @@ def find_scenes(where: str | Path) -> tuple[SceneCollection, Sequence[Scene]]:
     folder = Path(where)
     if (folder / "scene.json").is_file():
         scene_set, name = SceneSet.open(folder.resolve().parent.parent), folder.resolve().name
-        return cast(SceneCollection, scene_set), [scene for scene in scene_set.scenes if scene.scene_id == name]
+        return scene_set, [scene for scene in scene_set.scenes if scene.scene_id == name]
     split, _, scene_id = str(where).rpartition("/")
     if not folder.exists() and _is_split(split):
         found = load_split(split)
-        return cast(SceneCollection, found), [found[scene_id]]
+        return found, [found[scene_id]]
     scenes = open_scenes(where)
     return scenes, scenes.scenes
 

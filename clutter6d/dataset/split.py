@@ -83,9 +83,13 @@ class Split:
             self._scenes[index] = self._file.read(index)
         return self._scenes[index]
 
-    @cached_property
+    @property
     def scenes(self) -> tuple[Scene, ...]:
-        """All scenes, by id."""
+        """All scenes, by id; each is read once."""
+        return self._all
+
+    @cached_property
+    def _all(self) -> tuple[Scene, ...]:
         return tuple(self[index] for index in range(len(self)))
 
     def assets_of(self, scene: Scene) -> Mapping[str, Asset]:

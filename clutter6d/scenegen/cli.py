@@ -1,7 +1,7 @@
 """The command ``clutter6d generate``."""
 
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -12,7 +12,6 @@ from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
 from clutter6d.dataset.figures import FIGURES, show
 from clutter6d.dataset.measurement import measure
-from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
 from clutter6d.export.cli import FORMATS_HELP, export_all
 from clutter6d.export.formats import parse_formats
@@ -49,7 +48,7 @@ def generate(
             progress.advance(bar)
     scene_set = SceneSet.open(out)
     _print_summary(scene_set, console)
-    export_all(cast(SceneCollection, scene_set), scene_set.scenes, out, formats, console)
+    export_all(scene_set, scene_set.scenes, out, formats, console)
 
 
 def _open_library(library: str, workers: int, executor: Executor, progress: Progress) -> AssetLibrary:
@@ -64,7 +63,7 @@ def _open_library(library: str, workers: int, executor: Executor, progress: Prog
 
 
 def _print_summary(scene_set: SceneSet, console: Console) -> None:
-    measured = measure(cast(SceneCollection, scene_set))  # its cached properties are properties
+    measured = measure(scene_set)
     title = f"{len(measured.scenes)} scenes in {scene_set.path}"
     table = Table("", Column(overflow="fold"), show_header=False, title=title)
     table.add_row("goal pairs", f"{len(measured.pairs):,}")

@@ -109,13 +109,17 @@ class SceneSet:
         """The assets of these scenes."""
         return AssetLibrary.open(self.path / "library")
 
-    @cached_property
+    @property
     def scenes(self) -> tuple[Scene, ...]:
-        """All scenes, by id.
+        """All scenes, by id; read once.
 
         Raises:
             InvalidFileError: A scene is damaged or not of this track, or there is none.
         """
+        return self._scenes
+
+    @cached_property
+    def _scenes(self) -> tuple[Scene, ...]:
         files = sorted(self.path.glob("scenes/*/scene.json"))
         if not files:
             raise InvalidFileError(self.path, "holds no scenes; run the generation again")
@@ -125,9 +129,13 @@ class SceneSet:
                 raise InvalidFileError(file, f"holds scene {scene.scene_id} of track {scene.track}, out of place here")
         return scenes
 
-    @cached_property
+    @property
     def sha256(self) -> str:
         """Hash over the bytes of all scene files; names the exact set in every table."""
+        return self._sha256
+
+    @cached_property
+    def _sha256(self) -> str:
         files = {scene.scene_id: self.scene_folder(scene.scene_id) / "scene.json" for scene in self.scenes}
         return scenes_sha256({name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in files.items()})
 

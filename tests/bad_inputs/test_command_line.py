@@ -72,7 +72,7 @@ def render_an_empty_folder(work: Workspace) -> Sequence[str]:
 CASES = [
     Case(name="no-such-command", make=lambda work: ["genrate"], says=("genrate", "generate")),
     Case(name="no-such-option", make=lambda work: ["generate", "--trak", "sparse"], says=("--trak",)),
-    Case(name="option-missing", make=lambda work: ["generate", "--track", "sparse"], says=("--out",)),
+    Case(name="option-missing", make=lambda work: ["generate", "--out", work.out], says=("--track",)),
     Case(
         name="unknown-track",
         make=lambda work: generate(work, track="dens"),
@@ -83,7 +83,9 @@ CASES = [
     Case(name="negative-first", make=lambda work: generate(work, first="-3"), says=("--first", "0")),
     Case(name="negative-workers", make=lambda work: generate(work, workers="-1"), says=("--workers", "1")),
     Case(
-        name="unknown-export", make=lambda work: generate(work, export="mjcf,stp"), says=("--export", "'stp'", "mjcf")
+        name="unknown-export",
+        make=lambda work: generate(work, export="mjcf,stp"),
+        says=("export format", "'stp'", "mjcf"),
     ),
     Case(
         name="unknown-library",

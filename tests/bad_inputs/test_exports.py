@@ -42,7 +42,11 @@ CASES = [
         says=("unknown export format 'ufd'", "did you mean 'usd'?"),
     ),
     Case(name="no-format", make=lambda work: export(work, formats=","), says=("--format", "mjcf, usd, usdz, glb")),
-    Case(name="missing-scene", make=lambda work: export(work, scene="scenes/boxes-7"), says=("boxes-7", "unknown")),
+    Case(
+        name="missing-scene",
+        make=lambda work: export(work, scene="scenes/boxes-7"),
+        says=("boxes-7", "scene set not found"),
+    ),
     Case(name="unknown-split", make=lambda work: ["export", "dens-test", "--format", "usd"], says=("dens-test",)),
     Case(
         name="scene-not-in-the-split",
