@@ -103,7 +103,7 @@ def settle_and_check(
     resting = batch.object_poses.copy()
     settling = measure_drift(poses[:, :1], resting[:, :1])
     settled &= ((settling.distance_m <= limits.settling_m) & (settling.angle_rad <= limits.settling_rad))[:, 0]
-    report = check_at_rest(scene, hulls, resting, graph, rules=rules, limits=limits, config=config, threads=threads)
+    report = _examine(batch, scene, hulls, resting, graph, rules, limits, config)
     return report.with_failures("drifted", ~settled)
 
 
@@ -120,6 +120,19 @@ def check_at_rest(
 ) -> StateReport:
     """Examine several states of one scene as they are, and for 1 s more; arguments as :func:`settle_and_check`."""
     batch = SceneBatch([scene] * len(poses), threads=threads)
+    return _examine(batch, scene, hulls, poses, graph, rules, limits, config)
+
+
+def _examine(
+    batch: SceneBatch,
+    scene: SceneModel,
+    hulls: tuple[np.ndarray, ...],
+    poses: Float64[np.ndarray, "state object 7"],
+    graph: SceneGraph,
+    rules: RelationRules,
+    limits: CertificateLimits,
+    config: SettleConfig,
+) -> StateReport:
     drift = hold(batch, poses, config)
     drift_m, drift_rad = drift.distance_m.max(axis=1), drift.angle_rad.max(axis=1)
     failures: list[str | None] = []
