@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
 
 import pandas as pd
 
@@ -18,7 +17,6 @@ from clutter6d.dataset.split import Split
 from clutter6d.errors import UnknownNameError
 from clutter6d.scenegen.scene_set import HEADER, SceneSet
 
-# The scenes of a split and of a folder are cached properties, which the type checker takes for no properties.
 Facts = Sequence[tuple[str, str]]
 
 
@@ -68,7 +66,7 @@ def _of_dataset(dataset: Dataset) -> CardSubject:
     return CardSubject(
         name=dataset.name,
         facts=_facts_of(dataset),
-        splits=cast(Mapping[str, SceneCollection], splits),
+        splits=splits,
         assets=dataset.asset_list,
         load_asset=dataset.assets.load,
         failures={name: _sum(split.failures()) for name, split in splits.items()},
@@ -104,12 +102,12 @@ def _said(options: Mapping[str, object]) -> str:
 
 
 def _of_split(name: str, split: Split) -> CardSubject:
-    entry, collection = split.entry, split
+    entry = split.entry
     return CardSubject(
         name=name,
         facts=(("track", entry.track), ("pool", entry.pool), ("seed", str(entry.seed))),
-        splits={split.name: collection},
-        assets=_used(collection, split.assets, entry.pool),
+        splits={split.name: split},
+        assets=_used(split, split.assets, entry.pool),
         load_asset=split.assets.load,
         failures={split.name: _sum(split.failures())},
     )
@@ -118,7 +116,6 @@ def _of_split(name: str, split: Split) -> CardSubject:
 def _of_folder(scenes: SceneSet) -> CardSubject:
     _ = scenes.scenes  # a damaged one is refused here
     header, split = scenes.header, scenes.path.resolve().name
-    collection = scenes
     return CardSubject(
         name=split,
         facts=(
@@ -127,8 +124,8 @@ def _of_folder(scenes: SceneSet) -> CardSubject:
             ("scene generator", header.generator_version),
             ("asset library SHA-256", header.library_sha256),
         ),
-        splits={split: collection},
-        assets=_used(collection, scenes.library, "used"),
+        splits={split: scenes},
+        assets=_used(scenes, scenes.library, "used"),
         load_asset=scenes.library.load,
         failures={split: scenes.failures()},
     )

@@ -84,20 +84,19 @@ def find_scenes(where: str | Path) -> tuple[SceneSet | Split, Sequence[Scene]]:
     if (folder / "scene.json").is_file():
         scene_set, name = SceneSet.open(folder.resolve().parent.parent), folder.resolve().name
         return scene_set, [scene for scene in scene_set.scenes if scene.scene_id == name]
-    split, _, scene_id = str(where).rpartition("/")
-    if not folder.exists() and _is_split(split):
-        found = load_split(split)
-        return found, [found[scene_id]]
+    name, _, scene_id = str(where).rpartition("/")
+    split = None if folder.exists() else _split_or_none(name)
+    if split is not None:
+        return split, [split[scene_id]]
     scenes = open_scenes(where)
     return scenes, scenes.scenes
 
 
-def _is_split(name: str) -> bool:
+def _split_or_none(name: str) -> Split | None:
     try:
-        load_split(name)
+        return load_split(name)
     except UserError:
-        return False
-    return True
+        return None
 
 
 def split_names() -> tuple[str, ...]:

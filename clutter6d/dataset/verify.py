@@ -12,6 +12,7 @@ from jaxtyping import Float64
 from clutter6d.assets.processing import ProcessingSettings, process_object
 from clutter6d.assets.sources.registry import make_source
 from clutter6d.dataset.dataset import Dataset
+from clutter6d.dataset.parquet import MAX_FILE_BYTES
 from clutter6d.dataset.split import Split
 from clutter6d.errors import Clutter6DError, InvalidFileError, InvalidValueError
 from clutter6d.executor import LOCAL, Executor, map_tasks
@@ -27,8 +28,6 @@ from clutter6d.schema import read_bytes
 from clutter6d.seeding import generator
 from clutter6d.sim.scene_model import compile_stored_scene
 from clutter6d.sim.settle import SettleConfig
-
-MAX_FILE_BYTES = 512 << 20
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -84,10 +83,10 @@ def verify_sources(dataset: Dataset, count: int) -> Iterator[Finding]:
     listed = dataset.asset_list.set_index(["pool", "source_id"])["content_hash"]
     for pool, entry in dataset.manifest.pools.items():
         source = make_source(entry.source, **entry.options)
-        items = [item for item in source.objects() if (pool, item.key) in listed.index]
+        items = [item for item in source.objects() if (pool, item.licence.source_id) in listed.index]
         for row in sorted(generator(0, "verify", pool).permutation(len(items))[:count]):
             made = process_object(source, items[row], ProcessingSettings())
-            is_same = made.content_hash == listed[pool, items[row].key]
+            is_same = made.content_hash == listed[pool, items[row].licence.source_id]
             problem = f"pool {pool}: {items[row].key} of source {entry.source} gives another asset here"
             yield Finding(what=made.name, problems=() if is_same else (problem,))
 
@@ -134,7 +133,7 @@ class SceneCheck:
 
     def __call__(self, scene_id: str) -> Finding:
         """Check one scene by its id."""
-        split = _open_split(self.dataset, self.split)
+        split = _open(self.dataset, self.split)[1]
         check = self._make_again if self.regenerate else check_physics
         return Finding(what=scene_id, problems=_problems(lambda: check(split, scene_id)))
 
@@ -204,15 +203,16 @@ def examine(split: Split, scene: Scene, states: Float64[np.ndarray, "state objec
 
 
 @cache
-def _open_split(folder: Path, name: str) -> Split:
-    return Dataset(folder).split(name)
+def _open(folder: Path, split: str) -> tuple[Dataset, Split]:
+    """Once a worker, and with it the file of the assets."""
+    dataset = Dataset(folder)
+    return dataset, dataset.split(split)
 
 
 @cache
-def _generator_of(folder: Path, name: str) -> SceneGenerator:
-    dataset = Dataset(folder)
-    entry = dataset.split(name).entry
-    return SceneGenerator(dataset.pool(entry.pool), find_track(entry.track), entry.seed)
+def _generator_of(folder: Path, split: str) -> SceneGenerator:
+    dataset, opened = _open(folder, split)
+    return SceneGenerator(dataset.pool(opened.entry.pool), find_track(opened.entry.track), opened.entry.seed)
 
 
 def _read(path: Path) -> bytes:
