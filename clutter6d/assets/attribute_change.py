@@ -48,6 +48,15 @@ class AttributeChange:
         return AttributeChange(**{name: getattr(self, name) for name in names})
 
 
+ATTRIBUTES = tuple(field.name for field in fields(AttributeChange))
+"""Names of all values."""
+
+
+def value_of(asset: Asset, name: str) -> str | float:
+    """A value of an asset by its name in :class:`AttributeChange`."""
+    return asset.mass_properties.mass_kg if name == "mass_kg" else getattr(asset.attributes, name)
+
+
 def changed_asset(asset: Asset, change: AttributeChange, *, by: Provenance) -> Asset:
     """The asset with new values, its inertia scaled with its mass, and its new content hash.
 

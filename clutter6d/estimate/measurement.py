@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
-from clutter6d.assets.asset import Asset
+from clutter6d.assets.asset_file import PackedAsset, pack_asset
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.processing import ProcessingSettings, process_object
 from clutter6d.assets.sources.base import AssetSource, SourceObject
@@ -28,8 +28,8 @@ class _MakeAsset:
     source: AssetSource
     settings: ProcessingSettings
 
-    def __call__(self, item: SourceObject) -> Asset:
-        return process_object(self.source, item, self.settings)
+    def __call__(self, item: SourceObject) -> PackedAsset:
+        return pack_asset(process_object(self.source, item, self.settings))
 
 
 def measure_assets(source: AssetSource, samples: int, on_done: OnDone = lambda: None) -> UnitCost:
@@ -47,7 +47,7 @@ def measure_assets(source: AssetSource, samples: int, on_done: OnDone = lambda: 
             reading = costs.add(result)
             if reading is not None:
                 before, start = folder_bytes(library.path), time.perf_counter()
-                library.add(reading.value)
+                library.add_packed(reading.value)
                 storing.append(time.perf_counter() - start)
                 sizes.append(folder_bytes(library.path) - before)
             elif result.failure is not None:

@@ -7,14 +7,13 @@ from itertools import islice
 from typing import get_args
 
 from clutter6d.assets.asset import Asset, Provenance
-from clutter6d.assets.attribute_change import AttributeChange
+from clutter6d.assets.attribute_change import ATTRIBUTES, AttributeChange, value_of
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.review.journal import ReviewJournal
 from clutter6d.assets.review.standing import standing_decisions
 from clutter6d.errors import Clutter6DError, UnknownNameError
 
 ANNOTATORS = ("rule", "vlm")
-ATTRIBUTES = ("category", "colour", "material", "mass_kg", "friction")
 _SAME_RATIO = 0.1
 """By how much two numbers may differ and still say the same: a volume that parts give is not exact."""
 
@@ -101,8 +100,3 @@ def _is_same(old: str | float, new: str | float) -> bool:
 
 def _origin(asset: Asset, name: str) -> Provenance:
     return getattr(asset.attributes, f"{name.removesuffix('_kg')}_from")
-
-
-def value_of(asset: Asset, name: str) -> str | float:
-    """A value by its name in :class:`AttributeChange`."""
-    return asset.mass_properties.mass_kg if name == "mass_kg" else getattr(asset.attributes, name)

@@ -7,8 +7,8 @@ from typing import Any
 
 from clutter6d.assets.annotation.annotator import Subject, Suggestion
 from clutter6d.assets.annotation.volume import hull_volume_m3, solid_volume_m3
-from clutter6d.assets.asset import Asset, Provenance
-from clutter6d.assets.attribute_change import AttributeChange
+from clutter6d.assets.asset import Provenance
+from clutter6d.assets.attribute_change import ATTRIBUTES, AttributeChange, value_of
 from clutter6d.assets.attributes import derive_attributes
 from clutter6d.assets.sources.base import AttributeHints
 
@@ -29,9 +29,10 @@ class RuleAnnotator:
     def annotate(self, subject: Subject) -> Suggestion:
         """The suggestion; the same for the same asset, always."""
         asset = subject.asset
+        said: dict[str, Any] = {name: value_of(asset, name) for name in ATTRIBUTES if name not in subject.open}
         attributes, mass_kg = derive_attributes(
             name=asset.name,
-            hints=AttributeHints(**{name: value for name, value in _said(asset).items() if name not in subject.open}),
+            hints=AttributeHints(**said),
             visual=asset.visual,
             volume_m3=solid_volume_m3(asset),
             hull_volume_m3=hull_volume_m3(asset),
@@ -44,14 +45,3 @@ class RuleAnnotator:
             friction=attributes.friction,
         )
         return Suggestion(change=change)
-
-
-def _said(asset: Asset) -> dict[str, Any]:
-    said = asset.attributes
-    return {
-        "category": said.category,
-        "colour": said.colour,
-        "material": said.material,
-        "mass_kg": asset.mass_properties.mass_kg,
-        "friction": said.friction,
-    }

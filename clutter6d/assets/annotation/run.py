@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from clutter6d.assets.annotation.annotator import AnnotationFailed, Annotator, Png, Subject, Suggestion, Usage
-from clutter6d.assets.annotation.plan import AnnotationSettings, news, open_attributes, value_of
+from clutter6d.assets.annotation.plan import AnnotationSettings, news, open_attributes
 from clutter6d.assets.annotation.threads import map_threads
 from clutter6d.assets.asset import Asset
-from clutter6d.assets.attribute_change import changed_asset
+from clutter6d.assets.attribute_change import changed_asset, value_of
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.errors import Clutter6DError, InvalidValueError, StorageError, UnknownNameError
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from clutter6d.assets.asset import Asset, Attributes, MassProperties, hash_asset
 from clutter6d.assets.asset_file import AttributesModel
-from clutter6d.assets.attribute_change import AttributeChange, changed_asset
+from clutter6d.assets.attribute_change import AttributeChange, changed_asset, value_of
 from clutter6d.assets.review.entry import EditableField, FieldChange, FormerValues
 
 
@@ -35,7 +35,7 @@ def field_changes(asset: Asset, change: AttributeChange) -> tuple[FieldChange, .
     """Which values of an asset a change replaces, and by what."""
     fields: tuple[EditableField, ...] = ("category", "colour", "material", "mass_kg", "friction")
     return tuple(
-        FieldChange(field=name, before=_value_of(asset, name), after=getattr(change, name))
+        FieldChange(field=name, before=value_of(asset, name), after=getattr(change, name))
         for name in fields
         if name in change.given
     )
@@ -49,7 +49,3 @@ def edited_asset(asset: Asset, changes: tuple[FieldChange, ...]) -> Asset:
     """
     values = {change.field: change.after for change in changes}
     return changed_asset(asset, AttributeChange(**values), by="person")  # pyright: ignore[reportArgumentType]
-
-
-def _value_of(asset: Asset, name: EditableField) -> str | float:
-    return asset.mass_properties.mass_kg if name == "mass_kg" else getattr(asset.attributes, name)
