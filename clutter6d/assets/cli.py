@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn, track
+from rich.progress import track
 
 from clutter6d.assets.annotation.annotator import VIEW_ANGLES_DEG, VIEW_SIDE_PX, Annotator
 from clutter6d.assets.annotation.endpoint import Endpoint
@@ -36,6 +36,7 @@ from clutter6d.assets.sources.base import AssetSource
 from clutter6d.assets.sources.registry import make_source, source_names
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
 from clutter6d.executor import EXECUTOR_HELP, parse_executor
+from clutter6d.progress import progress_bars
 from clutter6d.render.asset_picture import asset_views
 from clutter6d.render.backend import choose_backend
 from clutter6d.render.sheet import png_of
@@ -77,9 +78,8 @@ def process(
     items = chosen.objects()[:limit]
     library = AssetLibrary.create(out, settings_as_stored(settings))
     run_settings = RunSettings(workers=workers, executor=where, seconds=seconds, memory_bytes=int(memory_gb * 2**30))
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     records = []
-    with Progress(*columns, console=console) as progress:
+    with progress_bars(console) as progress:
         bar = progress.add_task(f"{chosen.name} objects", total=len(items))
         for record in run(chosen, items, library, settings, run_settings):
             records.append(record)

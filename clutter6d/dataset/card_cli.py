@@ -1,19 +1,20 @@
 """The commands ``clutter6d dataset card`` and ``clutter6d dataset compare``."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Column, Table
 
-from clutter6d.dataset.card import CardOptions, CardStep, card_file, write_card
+from clutter6d.dataset.card import CardOptions, card_file, write_card
 from clutter6d.dataset.card_subject import CardSubject, open_subject
 from clutter6d.dataset.compare import MeasuredSplit, compare_datasets
 from clutter6d.dataset.compare_page import KS_NOTE, TextTable, comparison_page, comparison_tables
 from clutter6d.dataset.measurement import measure
 from clutter6d.errors import InvalidValueError
+from clutter6d.progress import BarsByName, progress_bars
 from clutter6d.schema import write_bytes
 
 _SUBJECT_HELP = "A data set's name or folder, a split's name, or a folder of scenes."
@@ -30,8 +31,9 @@ def card(
     page, subject = card_file(out), open_subject(dataset)
     console = Console(markup=False, emoji=False)
     options = CardOptions(scenes=scenes, assets=assets, backend=backend)
-    with _progress(console) as progress:
-        write_card(subject, page, options, _Bars(progress).update)
+    with progress_bars(console) as progress:
+        bars = BarsByName(progress)
+        write_card(subject, page, options, lambda step: bars.update(step.task, step.done, step.total))
     console.print(f"wrote {page} and its pictures in {page.with_suffix('')}", soft_wrap=True)
 
 
@@ -46,8 +48,8 @@ def compare(
         raise InvalidValueError(f"--out {out}: is a folder; give the name of a page, for instance {out / 'compare.md'}")
     subjects = open_subject(first), open_subject(second)
     console = Console(markup=False, emoji=False)
-    with _progress(console) as progress:
-        measured = [_measure(subject, number, _Bars(progress)) for number, subject in enumerate(subjects, start=1)]
+    with progress_bars(console) as progress:
+        measured = [_measure(subject, number, BarsByName(progress)) for number, subject in enumerate(subjects, start=1)]
     comparison = compare_datasets(*measured)
     tables = comparison_tables(comparison, *_names(*(subject.name for subject in subjects)))
     for table in tables:
@@ -60,25 +62,11 @@ def compare(
         raise typer.Exit(1)
 
 
-class _Bars:
-    """One progress bar for each task that reports a step."""
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-        self._bars: dict[str, TaskID] = {}
-
-    def update(self, step: CardStep) -> None:
-        """Show a step."""
-        if step.task not in self._bars:
-            self._bars[step.task] = self._progress.add_task(step.task, total=step.total)
-        self._progress.update(self._bars[step.task], completed=step.done)
-
-
-def _measure(subject: CardSubject, number: int, bars: _Bars) -> dict[str, MeasuredSplit]:
+def _measure(subject: CardSubject, number: int, bars: BarsByName) -> dict[str, MeasuredSplit]:
     measured: dict[str, MeasuredSplit] = {}
     for name, scenes in subject.splits.items():
         task = f"measuring {name} of {subject.name} ({number} of 2)"
-        found = measure(scenes, lambda done, total, task=task: bars.update(CardStep(task=task, done=done, total=total)))
+        found = measure(scenes, partial(bars.update, task))
         hashes = frozenset(found.objects["asset_hash"])
         measured[name] = MeasuredSplit(sha256=scenes.sha256, asset_hashes=hashes, measured=found)
     return measured
@@ -97,8 +85,3 @@ def _rich(table: TextTable) -> Table:
     for row in table.rows:
         shown.add_row(*row)
     return shown
-
-
-def _progress(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=console)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import Progress
 from rich.table import Column, Table
 
 from clutter6d.dataset.card_cli import card, compare
@@ -15,6 +15,7 @@ from clutter6d.dataset.freeze import Workshop, freeze
 from clutter6d.dataset.install_cli import install
 from clutter6d.dataset.list_recipe import write_recipe
 from clutter6d.dataset.manifest import Recipe
+from clutter6d.dataset.split import Split
 from clutter6d.dataset.verify import (
     Finding,
     check_engine,
@@ -28,6 +29,7 @@ from clutter6d.dataset.verify import (
 )
 from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
+from clutter6d.progress import BarsByName, progress_bars
 from clutter6d.schema import read_model
 
 app = typer.Typer(no_args_is_help=True, help="Frozen data sets: look at them, check them, make them, compare them.")
@@ -67,7 +69,7 @@ def verify(
     check = _Check(dataset, split or list(dataset.split_names), workers, where)
     if regenerate:
         check_engine(dataset)
-    with _progress(console) as progress:
+    with progress_bars(console) as progress:
         check.run(progress, physics=physics, regenerate=regenerate)
     if check.problems:
         raise InvalidFileError(dataset.path, f"{len(check.problems)} problems found, listed above")
@@ -92,12 +94,10 @@ def freeze_command(
         folder=work, libraries=_parse_pools(pool or []), workers=workers, executor=parse_executor(executor)
     )
     folder = out or recipe.parent
-    with _progress(console) as progress:
-        bars: dict[str, TaskID] = {}
-        for what, done, total in freeze(made, workshop, folder):
-            if what not in bars:
-                bars[what] = progress.add_task(what, total=total)
-            progress.update(bars[what], completed=done)
+    with progress_bars(console) as progress:
+        bars = BarsByName(progress)
+        for step in freeze(made, workshop, folder):
+            bars.update(*step)
     _print_info(Dataset(folder), console)
 
 
@@ -120,21 +120,21 @@ class _Check:
             count = regenerate * len(dataset.manifest.pools)
             self._step(progress, "sources of assets", verify_sources(dataset, regenerate), count)
         for split in self._splits:
-            names = dataset.asset_list
-            pool = frozenset(names["name"][names["pool"] == split.entry.pool])
+            rows = dataset.asset_list
+            pool = frozenset(rows["name"][rows["pool"] == split.entry.pool])
             self._step(progress, f"scenes of {split.name}", verify_scenes(split, pool), len(split) + 1)
         for split in self._splits if physics else ():
-            self._simulate(progress, f"certificates of {split.name}", split.name, split.scene_ids)
+            self._simulate(progress, f"certificates of {split.name}", split, split.scene_ids)
         for split in self._splits if regenerate else ():
             chosen = choose_scenes(split, regenerate)
-            self._simulate(progress, f"seeds of {split.name}", split.name, chosen, regenerate=True)
+            self._simulate(progress, f"seeds of {split.name}", split, chosen, regenerate=True)
 
     def _simulate(
-        self, progress: Progress, what: str, split: str, chosen: tuple[str, ...], *, regenerate: bool = False
+        self, progress: Progress, what: str, split: Split, chosen: tuple[str, ...], *, regenerate: bool = False
     ) -> None:
         found = verify_in_processes(
             self._dataset,
-            self._dataset.split(split),
+            split,
             chosen,
             regenerate=regenerate,
             workers=self._workers,
@@ -176,8 +176,3 @@ def _parse_pools(given: list[str]) -> dict[str, Path]:
             raise InvalidValueError(f"--pool {item}: expected POOL=LIBRARY")
         pools[name] = Path(folder)
     return pools
-
-
-def _progress(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=console)

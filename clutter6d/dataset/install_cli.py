@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from clutter6d.dataset.dataset import open_dataset
 from clutter6d.dataset.install import Installed, unusable_scenes
 from clutter6d.dataset.install import install as install_assets
 from clutter6d.errors import InvalidFileError
+from clutter6d.progress import progress_bars
 
 
 def install(
@@ -18,9 +18,8 @@ def install(
 ) -> None:
     """Make the assets that a data set names from their source, and compare each with its frozen hash."""
     dataset, console = open_dataset(name), Console(markup=False, emoji=False)
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     wrong: list[Installed] = []
-    with Progress(*columns, console=console) as progress:
+    with progress_bars(console) as progress:
         bar = progress.add_task(f"assets of {dataset.name}", total=len(dataset.asset_list))
         for item in install_assets(dataset, workers=workers):
             progress.advance(bar)

@@ -9,9 +9,10 @@ from clutter6d.assets.asset import Asset
 from clutter6d.assets.collection import AssetCollection
 from clutter6d.dataset.manifest import SplitEntry
 from clutter6d.dataset.split_file import SplitFile
-from clutter6d.errors import InvalidFileError, UnknownNameError
+from clutter6d.errors import UnknownNameError
 from clutter6d.geometry import rotation_error_rad
 from clutter6d.scene import Scene
+from clutter6d.scenegen.scene_assets import SceneAssets
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +30,7 @@ class Split:
     def __init__(self, path: Path, entry: SplitEntry, assets: AssetCollection) -> None:
         self.path, self.entry = path, entry
         self._file, self._collection = SplitFile(path), assets
-        self._assets: dict[str, Asset] = {}
+        self._assets = SceneAssets(lambda: self._collection)
         self._scenes: dict[int, Scene] = {}
 
     @property
@@ -98,20 +99,7 @@ class Split:
         Raises:
             InvalidFileError: One is missing, damaged or does not fit the scene.
         """
-        for item in scene.objects:
-            if item.asset_hash not in self._assets:
-                self._assets[item.asset_hash] = self._load(scene, item.asset_name, item.asset_hash)
-            if item.stable_index >= len(self._assets[item.asset_hash].stable.heights_m):
-                problem = f"scene {scene.scene_id}: {item.asset_name} has no orientation {item.stable_index}"
-                raise InvalidFileError(self.path, problem)
-        return {item.asset_hash: self._assets[item.asset_hash] for item in scene.objects}
-
-    def _load(self, scene: Scene, name: str, content_hash: str) -> Asset:
-        try:
-            return self._collection.load(content_hash)
-        except UnknownNameError:
-            problem = f"asset {name} ({content_hash[:12]}) of scene {scene.scene_id} is missing"
-            raise InvalidFileError(self._collection.path, problem) from None
+        return self._assets.of(scene, self.path)
 
     def failures(self) -> tuple[dict[str, int], ...]:
         """Draws and states that were discarded for each scene, by reason."""

@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.filesize import decimal
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Column, Table
 
 from clutter6d.assets.cli import find_source
 from clutter6d.assets.named_libraries import open_library
 from clutter6d.estimate.measurement import measure_assets, measure_scenes
 from clutter6d.estimate.plan import StagePlan, UnitCost, plan_stage
+from clutter6d.progress import progress_bars
 from clutter6d.scenegen.track import find_track
 
 
@@ -32,8 +32,7 @@ def estimate(
     console = Console(markup=False, emoji=False)
     costs: dict[str, UnitCost] = {}
     chosen_track = find_track(track)
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as progress:
+    with progress_bars(console) as progress:
         if assets:
             chosen = find_source(source)
             total = min(sample_assets + 1, len(chosen.objects()))

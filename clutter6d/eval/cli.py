@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import Progress
 from rich.table import Column, Table
 
 from clutter6d.dataset.scenes import SceneCollection, open_scenes
@@ -21,6 +21,7 @@ from clutter6d.eval.policy_loading import load_policy
 from clutter6d.eval.replay import Replay
 from clutter6d.eval.report import Report, to_table
 from clutter6d.executor import EXECUTOR_HELP, LOCAL, Executor, parse_executor
+from clutter6d.progress import progress_bars
 from clutter6d.schema import FileModel, read_model, write_model
 
 SCENES_FILE = "scenes.json"
@@ -73,7 +74,7 @@ def evaluate(
     again = partial(_open_evaluation, scenes, policy, out.resolve(), config)
     run = partial(_run, evaluation, again, threads=threads, workers=workers, executor=where)
     console = Console(markup=False, emoji=False)
-    with _progress(console) as progress:
+    with progress_bars(console) as progress:
         at_once = num_envs or (1 if loaded.is_privileged else PARALLEL_EPISODES)
         _show(evaluation, progress, loaded.name, run("journal", num_envs=at_once))
         done = len(evaluation.finished("floor"))
@@ -95,7 +96,7 @@ def replay(
     found = scenes or read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes
     check, console = Replay(folder, _open(found)), Console(markup=False, emoji=False)
     differing = 0
-    with _progress(console) as progress:
+    with progress_bars(console) as progress:
         bar = progress.add_task("replaying", total=2 * len(check.keys))
         for verdict in check.run(num_envs=num_envs, threads=threads):
             progress.advance(bar)
@@ -153,11 +154,6 @@ def _show(evaluation: Evaluation, progress: Progress, name: str, rows: Iterator[
 
 def _describe(name: str, successes: int, done: int) -> str:
     return f"{name}: {successes / done:.0%} success" if done else name
-
-
-def _progress(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=console)
 
 
 def _print_report(report: Report, out: Path, console: Console) -> None:

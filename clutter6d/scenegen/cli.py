@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import Progress
 from rich.table import Column, Table
 
 from clutter6d.assets.library import AssetLibrary
@@ -15,6 +15,7 @@ from clutter6d.dataset.measurement import measure
 from clutter6d.executor import EXECUTOR_HELP, Executor, parse_executor
 from clutter6d.export.cli import FORMATS_HELP, export_all
 from clutter6d.export.formats import parse_formats
+from clutter6d.progress import progress_bars
 from clutter6d.scenegen.generation import generate_scenes, has_scene, open_for_generation
 from clutter6d.scenegen.scene_set import SceneSet
 from clutter6d.scenegen.track import find_track
@@ -38,8 +39,7 @@ def generate(
     formats, where = parse_formats(export), parse_executor(executor)
     chosen, indices = find_track(track), range(first, first + scenes)
     out = out or Path("scenes") / chosen.name
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as progress:
+    with progress_bars(console) as progress:
         assets = _open_library(library, workers, where, progress)
         scene_set = open_for_generation(assets, chosen, seed, out)
         done = sum(has_scene(scene_set, chosen, seed, index) for index in indices)

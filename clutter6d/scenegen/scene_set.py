@@ -17,9 +17,10 @@ import pandas as pd
 
 from clutter6d.assets.asset import Asset
 from clutter6d.assets.library import AssetLibrary
-from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError
-from clutter6d.scene import PlacedObject, Scene
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError
+from clutter6d.scene import Scene
 from clutter6d.scene_file import read_scene, write_scene
+from clutter6d.scenegen.scene_assets import SceneAssets
 from clutter6d.schema import FileModel, read_model, write_model
 
 HEADER = "scene_set.json"
@@ -65,7 +66,7 @@ class SceneSet:
 
     def __init__(self, path: Path, header: SceneSetFile) -> None:
         self.path, self.header = path, header
-        self._assets: dict[str, Asset] = {}
+        self._assets = SceneAssets(lambda: self.library)
         self._kept: set[str] = set()
 
     @classmethod
@@ -145,25 +146,7 @@ class SceneSet:
         Raises:
             InvalidFileError: The library lacks one, or holds it damaged.
         """
-        for item in scene.objects:
-            if item.asset_hash not in self._assets:
-                self._assets[item.asset_hash] = self._load(scene, item)
-            orientations = len(self._assets[item.asset_hash].stable.heights_m)
-            if item.stable_index >= orientations:
-                problem = (
-                    f"'{item.name}' rests in orientation {item.stable_index}, {item.asset_name} has {orientations}"
-                )
-                raise InvalidFileError(self.scene_folder(scene.scene_id) / "scene.json", problem)
-        return {item.asset_hash: self._assets[item.asset_hash] for item in scene.objects}
-
-    def _load(self, scene: Scene, item: PlacedObject) -> Asset:
-        try:
-            return self.library.load(item.asset_hash)
-        except UnknownNameError:
-            problem = (
-                f"scene {scene.scene_id}: asset {item.asset_name} ({item.asset_hash[:12]}) is missing; copy it here"
-            )
-            raise InvalidFileError(self.library.path, problem) from None
+        return self._assets.of(scene, self.scene_folder(scene.scene_id) / "scene.json")
 
     def scene_folder(self, scene_id: str) -> Path:
         """The folder of one scene."""
