@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from clutter6d.assets.asset import Asset
-from clutter6d.envs.vector_env import ClutterVectorEnv
+from clutter6d.envs.slots import ClutterSlots
 from clutter6d.geometry import Pose
 from clutter6d.scene import GoalPair
 from clutter6d.seeding import generator
@@ -64,7 +64,7 @@ def measure(objects: int, envs: int, steps: int, rounds: int, threads: int) -> t
     tasks = [make_task(objects, index) for index in range(envs)]
     models, pairs = [task[0] for task in tasks], [task[1] for task in tasks]
     slots = np.arange(envs)
-    env = ClutterVectorEnv(models, threads=threads)
+    env = ClutterSlots(models, threads=threads)
     env.load(slots, models, pairs)
     actions = generator(0, "actions").uniform(-0.05, 0.05, size=(steps, envs, 7)).astype(np.float32)
     targets = np.empty((steps, envs, 7))

@@ -107,12 +107,11 @@ class TaskArrays:
 
     def load(self, slot: int, scene: SceneModel, goal: Pose) -> None:
         """Take over a slot's scene and goal; MuJoCo's soft contacts have no coefficient of restitution, so it is 0."""
-        target = scene.assets[0]
         self.clouds.load(slot, scene)
         self.goals[slot] = goal.as_row()
         self.physics[slot] = (
-            target.mass_properties.mass_kg,
-            target.attributes.friction,
+            scene.object_masses_kg()[0],
+            scene.object_frictions()[0],
             FINGER_FRICTION[0],
             TABLE_FRICTION,
             0.0,

@@ -111,7 +111,7 @@ class SceneClouds:
         """Take over a scene's points and masses."""
         for index, asset in enumerate(scene.assets):
             self.points[slot, index] = asset.surface_points.T
-            self.point_mass[slot, index] = asset.mass_properties.mass_kg / len(asset.surface_points)
+        self.point_mass[slot] = scene.object_masses_kg() / self.points.shape[-1]
         self.target_centroid[slot, :, 0] = scene.assets[0].surface_points.mean(axis=0, dtype=np.float64)
 
     def __getitem__(self, rows: Rows) -> "SceneClouds":

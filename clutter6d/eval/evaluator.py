@@ -19,8 +19,8 @@ import numpy as np
 from clutter6d import __version__
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.action import ActionConfig
+from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
-from clutter6d.envs.vector_env import EnvConfig
 from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.eval.builtin_policies import ZeroPolicy
 from clutter6d.eval.episode import EpisodeRecord, EpisodeRow, episode_path, read_episode, write_episode

@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Float32, Float64
 
 from clutter6d.dataset.scenes import SceneCollection
+from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.slots import ClutterSlots
 from clutter6d.envs.termination import TerminationConfig
-from clutter6d.envs.vector_env import ClutterVectorEnv, EnvConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.evaluator import REPORT_FILE
@@ -67,7 +68,7 @@ def simulate_motion(
     model: SceneModel, scene: Scene, pair: int, actions: Float32[np.ndarray, "step 7"], config: EnvConfig | None = None
 ) -> Float64[np.ndarray, "frame nq"]:
     """Configurations at the start of a goal pair and after each action; ends where the simulation became unstable."""
-    env, slot = ClutterVectorEnv([model], config, threads=1), np.zeros(1, dtype=np.int64)
+    env, slot = ClutterSlots([model], config, threads=1), np.zeros(1, dtype=np.int64)
     env.load(slot, [model], [scene.goal_pairs[pair]])
     frames = [_configuration(env)]
     for action in actions:
@@ -78,5 +79,5 @@ def simulate_motion(
     return np.stack(frames)
 
 
-def _configuration(env: ClutterVectorEnv) -> Float64[np.ndarray, "nq"]:
+def _configuration(env: ClutterSlots) -> Float64[np.ndarray, "nq"]:
     return np.asarray(joint_state(env.batch.object_poses[0], env.batch.arm_qpos[0]), dtype=np.float64).copy()

@@ -9,8 +9,8 @@ from jaxtyping import Float32, Int
 
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.action import ACTION_SIZE
+from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import TerminationConfig
-from clutter6d.envs.vector_env import EnvConfig
 from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.eval.builtin_policies import ZeroPolicy
 from clutter6d.eval.episode import EpisodeRow

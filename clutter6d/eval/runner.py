@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float32, Int
 
 from clutter6d.dataset.scenes import SceneCollection
+from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.slots import ClutterSlots
 from clutter6d.envs.termination import find_outcome, is_at_goal, is_dropped
-from clutter6d.envs.vector_env import ClutterVectorEnv, EnvConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.attempt import Attempt, Look
 from clutter6d.eval.episode import EpisodeRecord
@@ -65,7 +66,7 @@ class EpisodeRunner:
         if not keys:
             return
         size = min(self._num_envs, len(keys))
-        env = ClutterVectorEnv([self._model(keys[0][0])] * size, self._config, threads=self._threads)
+        env = ClutterSlots([self._model(keys[0][0])] * size, self._config, threads=self._threads)
         waiting, running = deque(keys), dict[int, Attempt]()
         while waiting or running:
             self._fill(env, waiting, running)
@@ -86,7 +87,7 @@ class EpisodeRunner:
         self._models.move_to_end(scene_id)
         return self._models[scene_id]
 
-    def _fill(self, env: ClutterVectorEnv, waiting: deque[EpisodeKey], running: dict[int, Attempt]) -> None:
+    def _fill(self, env: ClutterSlots, waiting: deque[EpisodeKey], running: dict[int, Attempt]) -> None:
         """Start waiting episodes in free slots."""
         free = [slot for slot in range(env.size) if slot not in running][: len(waiting)]
         if not free:
@@ -101,9 +102,7 @@ class EpisodeRunner:
         scene = self._scenes[scene_id]
         return Episode(scene=scene, pair_index=pair, scene_model=self._model(scene_id), seed=self._seed)
 
-    def _act(
-        self, env: ClutterVectorEnv, acting: Slots, running: Mapping[int, Attempt]
-    ) -> Float32[np.ndarray, "slot 7"]:
+    def _act(self, env: ClutterSlots, acting: Slots, running: Mapping[int, Attempt]) -> Float32[np.ndarray, "slot 7"]:
         """Ask the policy, and remember what it said."""
         attempts = [running[int(slot)] for slot in acting]
         inputs = PolicyInput(
@@ -119,7 +118,7 @@ class EpisodeRunner:
         return actions
 
     def _finish_acting(
-        self, env: ClutterVectorEnv, acting: Slots, running: dict[int, Attempt], is_unstable: Bool[np.ndarray, "slot"]
+        self, env: ClutterSlots, acting: Slots, running: dict[int, Attempt], is_unstable: Bool[np.ndarray, "slot"]
     ) -> Iterator[EpisodeRecord]:
         """End the episodes that are over; successes stay to be held."""
         attempts, config = [running[int(slot)] for slot in acting], self._config.termination
@@ -145,7 +144,7 @@ class EpisodeRunner:
                 yield running.pop(slot).to_record(holds=False)
 
     def _finish_holding(
-        self, env: ClutterVectorEnv, running: dict[int, Attempt], is_unstable: Bool[np.ndarray, "env"]
+        self, env: ClutterSlots, running: dict[int, Attempt], is_unstable: Bool[np.ndarray, "env"]
     ) -> Iterator[EpisodeRecord]:
         """Count down the successes that are being held, and look at those whose second is over."""
         for slot in [slot for slot, attempt in sorted(running.items()) if attempt.row is not None]:
@@ -157,7 +156,7 @@ class EpisodeRunner:
             yield running.pop(slot).to_record(holds=bool(stands[0] and not is_unstable[slot]))
 
 
-def _advance(env: ClutterVectorEnv, slots: Slots) -> Bool[np.ndarray, "env"]:
+def _advance(env: ClutterSlots, slots: Slots) -> Bool[np.ndarray, "env"]:
     """One control step; slots that become unstable keep the state they had. Returns which slots of the env did."""
     before = env.batch.states[slots].copy()
     unstable = env.advance(slots)

@@ -49,6 +49,14 @@ class SceneModel:
         """Body id of each object."""
         return np.array([self.model.body(name).id for name in self.names])
 
+    def object_masses_kg(self) -> Float64[np.ndarray, "object"]:
+        """Mass of each object, as it is simulated [kg]."""
+        return self.model.body_mass[self.object_body_ids()]
+
+    def object_frictions(self) -> Float64[np.ndarray, "object"]:
+        """Sliding friction of each object, as it is simulated; all parts of an object have the same."""
+        return self.model.geom_friction[self.model.body_geomadr[self.object_body_ids()], 0]
+
 
 def build_scene_spec(objects: Sequence[tuple[str, Asset]], *, visuals: bool = False) -> mujoco.MjSpec:
     """Table, robot and objects, objects at the origin.

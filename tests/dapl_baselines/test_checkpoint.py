@@ -9,7 +9,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from clutter6d.cli import run  # noqa: E402
-from clutter6d.envs.vector_env import ClutterVectorEnv  # noqa: E402
+from clutter6d.envs.slots import ClutterSlots  # noqa: E402
 from clutter6d.errors import InvalidFileError, MissingFileError, UnknownNameError  # noqa: E402
 from clutter6d.eval.policy import Episode, PolicyInput  # noqa: E402
 from clutter6d.eval.policy_loading import load_policy  # noqa: E402
@@ -75,7 +75,7 @@ def test_a_rows_action_is_the_same_to_the_bit_wherever_it_stands(rows):
 
 def test_actions_stay_within_the_action_scale_and_follow_the_observation(path):
     scene, model = make_box_scene()
-    env, slots = ClutterVectorEnv([model] * 2, threads=1), np.arange(2)
+    env, slots = ClutterSlots([model] * 2, threads=1), np.arange(2)
     env.load(slots, [model] * 2, list(scene.goal_pairs))
     policy = load_policy(str(path))
     episodes = tuple(Episode(scene=scene, pair_index=pair, scene_model=model, seed=0) for pair in range(2))

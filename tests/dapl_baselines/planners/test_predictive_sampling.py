@@ -3,7 +3,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from clutter6d.envs.vector_env import ClutterVectorEnv
+from clutter6d.envs.slots import ClutterSlots
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
 from clutter6d.seeding import generator
@@ -22,14 +22,14 @@ def _episode(index: int = 0, pair_index: int = 0, seed: int = 0) -> Episode:
     return Episode(scene=scene, pair_index=pair_index, scene_model=model, seed=seed)
 
 
-def _start(episodes: Sequence[Episode]) -> ClutterVectorEnv:
+def _start(episodes: Sequence[Episode]) -> ClutterSlots:
     models = [episode.scene_model for episode in episodes]
-    env = ClutterVectorEnv(models, threads=1)
+    env = ClutterSlots(models, threads=1)
     env.load(np.arange(len(episodes)), models, [episode.pair for episode in episodes])
     return env
 
 
-def _input(env: ClutterVectorEnv, episodes: Sequence[Episode], step: int) -> PolicyInput:
+def _input(env: ClutterSlots, episodes: Sequence[Episode], step: int) -> PolicyInput:
     slots = np.arange(len(episodes))
     return PolicyInput(
         slots=slots,

@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from clutter6d.envs.vector_env import ClutterVectorEnv
+from clutter6d.envs.slots import ClutterSlots
 from clutter6d.geometry import quat_to_matrix
 from clutter6d.seeding import generator
 from clutter6d.sim.robot import HOME_QPOS
@@ -20,10 +20,10 @@ SHAPES = {
 }
 
 
-def make_env(slots: int, *, first: int = 0, threads: int = 1) -> ClutterVectorEnv:
+def make_env(slots: int, *, first: int = 0, threads: int = 1) -> ClutterSlots:
     """Slot i runs box scene ``first + i``, pair 1."""
     made = [make_box_scene(first + index) for index in range(slots)]
-    env = ClutterVectorEnv([model for _, model in made], threads=threads)
+    env = ClutterSlots([model for _, model in made], threads=threads)
     env.load(np.arange(slots), [model for _, model in made], [scene.goal_pairs[1] for scene, _ in made])
     return env
 
@@ -33,7 +33,7 @@ def actions(slots: int, step: int) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def moved_env() -> ClutterVectorEnv:
+def moved_env() -> ClutterSlots:
     env = make_env(20, threads=2)
     for step in range(5):
         env.step(np.arange(20), actions(20, step))

@@ -1,16 +1,16 @@
-"""Many environments side by side, each slot with a scene and a task of its own."""
+"""Slots that step together, each with a scene and a task of its own; the core of every environment and evaluation."""
 
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 import mujoco.batch
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int
 
-from clutter6d.envs.action import ACTION_SIZE, ActionConfig, joint_targets
+from clutter6d.envs.action import ACTION_SIZE, joint_targets
+from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.observation import (
     BodyState,
     Observation,
@@ -19,8 +19,8 @@ from clutter6d.envs.observation import (
     fill_observation,
     observation_rows,
 )
-from clutter6d.envs.reward import RewardConfig, RewardTerms, compute_reward
-from clutter6d.envs.termination import GoalErrors, TerminationConfig, goal_errors
+from clutter6d.envs.reward import RewardTerms, compute_reward
+from clutter6d.envs.termination import GoalErrors, goal_errors
 from clutter6d.geometry import transform_points
 from clutter6d.scene import GoalPair
 from clutter6d.sim.batch import SceneBatch
@@ -34,16 +34,7 @@ _FINGER_TIPS = np.array([[0.0, finger.centre_m[1], TIP_OFFSET_M] for finger in F
 _MIN_SLOTS_PER_THREAD = 8
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class EnvConfig:
-    """Actions, reward and termination of the environment."""
-
-    action: ActionConfig = field(default_factory=ActionConfig)
-    reward: RewardConfig = field(default_factory=RewardConfig)
-    termination: TerminationConfig = field(default_factory=TerminationConfig)
-
-
-class ClutterVectorEnv:
+class ClutterSlots:
     """Slots that step together; what happens in one is the same to the bit whatever runs in the others.
 
     Args:
