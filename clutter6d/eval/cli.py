@@ -48,6 +48,10 @@ def evaluate(
         ),
     ] = None,
     pairs: Annotated[int | None, typer.Option(min=1, help="Goal pairs of each scene, the first; default all.")] = None,
+    sample: Annotated[
+        int | None,
+        typer.Option(min=1, help="Scenes drawn at random, the same for everyone; the paper's human row has 10."),
+    ] = None,
     num_envs: Annotated[
         int | None,
         typer.Option(
@@ -63,14 +67,12 @@ def evaluate(
     ] = MAX_CONTROL_STEPS,
 ) -> None:
     """Run a policy on scenes and write its table; the result does not depend on what runs at once, or where."""
-    collection, where = _open(scenes), parse_executor(executor)
+    collection, where = open_all_scenes(scenes), parse_executor(executor)
     loaded = load_policy(policy, PolicyOptions(seed=seed, threads=threads))
-    config = EvaluationConfig(pairs=pairs, seed=seed, max_steps=max_steps)
-    out = out or Path("evaluations") / f"{loaded.name}-{Path(scenes).name}"
+    config = EvaluationConfig(pairs=pairs, sample=sample, seed=seed, max_steps=max_steps)
+    out = out or default_folder(loaded.name, scenes, sample)
     evaluation = Evaluation(collection, loaded, out, config)
-    write_model(
-        out / SCENES_FILE, ScenesLocation(scenes=str(Path(scenes).resolve() if Path(scenes).exists() else scenes))
-    )
+    remember_scenes(out, scenes)
     again = partial(_open_evaluation, scenes, policy, out.resolve(), config)
     run = partial(_run, evaluation, again, threads=threads, workers=workers, executor=where)
     console = Console(markup=False, emoji=False)
@@ -81,7 +83,7 @@ def evaluate(
         bar = progress.add_task("zero action (floor)", total=len(evaluation.keys), completed=done)
         for _ in run("floor", num_envs=num_envs or PARALLEL_EPISODES):
             progress.advance(bar)
-    _print_report(evaluation.finish(), out, console)
+    print_report(evaluation.finish(), out, console)
 
 
 def replay(
@@ -94,7 +96,7 @@ def replay(
     if not folder.is_dir():
         raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
     found = scenes or read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes
-    check, console = Replay(folder, _open(found)), Console(markup=False, emoji=False)
+    check, console = Replay(folder, open_all_scenes(found)), Console(markup=False, emoji=False)
     differing = 0
     with progress_bars(console) as progress:
         bar = progress.add_task("replaying", total=2 * len(check.keys))
@@ -112,16 +114,29 @@ def replay(
         raise typer.Exit(1)
 
 
-def _open(where: str) -> SceneCollection:
+def open_all_scenes(where: str) -> SceneCollection:
     """The scenes, every one read now: a damaged one ends the command before anything is written."""
     collection = open_scenes(where)
     _ = collection.scenes
     return collection
 
 
+def default_folder(name: str, scenes: str, sample: int | None) -> Path:
+    """Where an evaluation goes that was given no folder."""
+    return Path("evaluations") / "-".join([name, Path(scenes).name, *([f"sample{sample}"] if sample else [])])
+
+
+def remember_scenes(out: Path, scenes: str) -> None:
+    """Write where the scenes are, so that ``replay`` finds them."""
+    where = str(Path(scenes).resolve()) if Path(scenes).exists() else scenes
+    write_model(out / SCENES_FILE, ScenesLocation(scenes=where))
+
+
 def _open_evaluation(scenes: str, policy: str, out: Path, config: EvaluationConfig) -> Evaluation:
     """The evaluation once more, in a worker."""
-    return Evaluation(_open(scenes), load_policy(policy, PolicyOptions(seed=config.seed, threads=1)), out, config)
+    return Evaluation(
+        open_all_scenes(scenes), load_policy(policy, PolicyOptions(seed=config.seed, threads=1)), out, config
+    )
 
 
 def _run(
@@ -156,7 +171,8 @@ def _describe(name: str, successes: int, done: int) -> str:
     return f"{name}: {successes / done:.0%} success" if done else name
 
 
-def _print_report(report: Report, out: Path, console: Console) -> None:
+def print_report(report: Report, out: Path, console: Console) -> None:
+    """Show the table, and where it was written."""
     table = Table("", Column(overflow="fold"), show_header=False, title=f"{report.policy} ({report.label})")
     for name, value in to_table(report):
         table.add_row(name, value)

@@ -27,6 +27,7 @@ from clutter6d.eval.episode import EpisodeRecord, EpisodeRow, episode_path, read
 from clutter6d.eval.policy import Policy
 from clutter6d.eval.report import Report, RunSettings, make_report, to_markdown
 from clutter6d.eval.runner import EpisodeKey, EpisodeRunner
+from clutter6d.eval.sample import sample_scene_ids
 from clutter6d.eval.tables import write_actions, write_rows
 from clutter6d.schema import read_model, write_bytes, write_model
 
@@ -43,12 +44,14 @@ class EvaluationConfig:
 
     Attributes:
         pairs: Goal pairs of each scene that are attempted, the first ones; ``None`` for all.
+        sample: Scenes that are attempted, drawn at random and the same for everyone; ``None`` for all.
         seed: Seed of everything that a policy draws.
         max_steps: Control steps of an episode at most; another number than 300 makes the table not official.
         action: How actions are mapped.
     """
 
     pairs: int | None = None
+    sample: int | None = None
     seed: int = 0
     max_steps: int = MAX_CONTROL_STEPS
     action: ActionConfig = field(default_factory=ActionConfig)
@@ -85,7 +88,7 @@ class Evaluation:
         self._scenes, self._policy, self._out = scenes, policy, out
         self._config = config or EvaluationConfig()
         _check_pairs(scenes, self._config.pairs)
-        self.keys = episode_keys(scenes, self._config.pairs)
+        self.keys = episode_keys(scenes, self._config.pairs, self._config.sample)
         self.settings = make_settings(scenes, policy, self._config)
         _claim(out, self.settings)
 
@@ -154,10 +157,15 @@ class Evaluation:
         return report
 
 
-def episode_keys(scenes: SceneCollection, pairs: int | None) -> tuple[EpisodeKey, ...]:
-    """Scene and pair of every episode, in the table's order."""
+def episode_keys(scenes: SceneCollection, pairs: int | None, sample: int | None = None) -> tuple[EpisodeKey, ...]:
+    """Scene and pair of every episode, in the table's order; of all scenes, or of a sample.
+
+    Raises:
+        InvalidValueError: There are not so many scenes as the sample should have.
+    """
     counts = {scene.scene_id: len(scene.goal_pairs) for scene in scenes.scenes}
-    return tuple((name, pair) for name in sorted(counts) for pair in range(min(pairs or counts[name], counts[name])))
+    names = sorted(counts) if sample is None else sample_scene_ids(scenes, sample)
+    return tuple((name, pair) for name in names for pair in range(min(pairs or counts[name], counts[name])))
 
 
 def mean_floor(rows: Sequence[EpisodeRow]) -> float:
@@ -176,6 +184,7 @@ def make_settings(scenes: SceneCollection, policy: Policy, config: EvaluationCon
         split_sha256=scenes.sha256,
         scenes=len(scenes.scenes),
         pairs=min(config.pairs or most, most),
+        sample=config.sample,
         seed=config.seed,
         max_steps=config.max_steps,
         action_scale_rad=config.action.action_scale_rad,

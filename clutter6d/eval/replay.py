@@ -81,7 +81,7 @@ class Replay:
         self._check_origin()
         self._rows = {row.key: row for row in read_rows(folder)}
         self._actions = read_actions(folder)
-        self.keys = episode_keys(scenes, self.report.settings.pairs)
+        self.keys = episode_keys(scenes, self.report.settings.pairs, self.report.settings.sample)
         for name, found in ((EPISODES_FILE, self._rows), (ACTIONS_FILE, self._actions)):
             if set(found) != set(self.keys):
                 scene_id, pair = min(set(found) ^ set(self.keys))

@@ -20,7 +20,7 @@ OFFICIAL_SPLITS = {
     "dense": "8dc86b90a431afb237e211e1ee88be9c2b28109ddbda385bd1e2db1d2a834467",
 }
 """SHA-256 of the test splits of Clutter6D v1, by track."""
-Label = Literal["official", "quick", "not official"]
+Label = Literal["official", "quick", "sample", "not official"]
 
 
 class RunSettings(FileModel):
@@ -34,6 +34,7 @@ class RunSettings(FileModel):
         split_sha256: Hash of the set of scenes.
         scenes: Number of scenes in it.
         pairs: Goal pairs of each scene that are attempted; the first ones.
+        sample: Scenes that are attempted, drawn at random and the same for everyone; ``None`` for all.
         seed: Seed of the evaluation.
         max_steps: Control steps of an episode at most.
         action_scale_rad: Largest joint residual.
@@ -51,6 +52,7 @@ class RunSettings(FileModel):
     split_sha256: str
     scenes: int = Field(ge=1)
     pairs: int = Field(ge=1)
+    sample: int | None = Field(default=None, ge=1)
     seed: int
     max_steps: int = Field(ge=1)
     action_scale_rad: float = Field(gt=0)
@@ -67,10 +69,15 @@ class RunSettings(FileModel):
 
     @property
     def label(self) -> Label:
-        """``official`` for all pairs of a frozen test split, ``quick`` for fewer; else ``not official``."""
+        """``official`` for all pairs of a frozen test split, ``quick`` for fewer, ``sample`` for fewer scenes.
+
+        Anything else is ``not official``.
+        """
         is_frozen = len(self.tracks) == 1 and OFFICIAL_SPLITS.get(self.tracks[0]) == self.split_sha256
         if not is_frozen or self.max_steps != MAX_CONTROL_STEPS or self.action_config() != ActionConfig():
             return "not official"
+        if self.sample is not None and self.sample < self.scenes:
+            return "sample"
         return "official" if self.pairs == OFFICIAL_PAIRS else "quick"
 
 
@@ -151,10 +158,7 @@ def to_table(report: Report) -> tuple[tuple[str, str], ...]:
     near, far = report.mean_offset_interval
     settings = report.settings
     return (
-        (
-            "evaluation",
-            f"{report.label}: {settings.scenes} {'/'.join(settings.tracks)} scenes x {settings.pairs} pairs",
-        ),
+        ("evaluation", f"{report.label}: {_extent(settings)}"),
         ("policy", f"{report.policy}{' (privileged)' if settings.policy_is_privileged else ''}"),
         ("episodes", f"n = {report.episodes}"),
         ("success rate", f"{report.success_rate:.1%} (95% Wilson {low:.1%} to {high:.1%})"),
@@ -170,6 +174,12 @@ def to_table(report: Report) -> tuple[tuple[str, str], ...]:
         ("engine", f"{report.engine}, clutter6d {settings.clutter6d}"),
         ("seed", str(report.seed)),
     )
+
+
+def _extent(settings: RunSettings) -> str:
+    """Which episodes were run."""
+    attempted = f"{settings.sample} sampled of {settings.scenes}" if settings.sample else f"{settings.scenes}"
+    return f"{attempted} {'/'.join(settings.tracks)} scenes x {settings.pairs} pairs"
 
 
 def to_markdown(report: Report) -> str:

@@ -1,7 +1,8 @@
 """Running episodes: many at once in slots, each slot given the next episode when its own ends."""
 
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float32, Int
@@ -9,13 +10,14 @@ from jaxtyping import Bool, Float32, Int
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.slots import ClutterSlots
+from clutter6d.envs.tasks import TaskSource
 from clutter6d.envs.termination import find_outcome, is_at_goal, is_dropped
+from clutter6d.envs.unstable_state import report_unstable
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.attempt import Attempt, Look
 from clutter6d.eval.episode import EpisodeRecord
 from clutter6d.eval.policy import Episode, Policy, PolicyInput, ask_policy, begin_episodes
 from clutter6d.physics import CONTROL_STEP_S
-from clutter6d.sim.scene_model import SceneModel, compile_stored_scene
 
 HOLD_STEPS = round(1.0 / CONTROL_STEP_S)
 """Control steps for which a success must stand after the robot has stopped: 1 s."""
@@ -34,6 +36,7 @@ class EpisodeRunner:
         seed: The evaluation's seed.
         num_envs: Episodes that run at once, at most.
         threads: Threads of the simulation; 0 for all cores.
+        unstable_dir: Where the state before an invalid simulation step is kept; ``None``: not kept.
 
     Raises:
         InvalidValueError: There is not at least one environment.
@@ -48,14 +51,14 @@ class EpisodeRunner:
         seed: int = 0,
         num_envs: int = 16,
         threads: int = 0,
+        unstable_dir: Path | None = None,
     ) -> None:
         if num_envs < 1:
             raise InvalidValueError(f"num-envs is {num_envs}; at least 1 is needed")
-        self._scenes = {scene.scene_id: scene for scene in scenes.scenes}
-        self._source, self._policy = scenes, policy
+        self._policy, self._unstable_dir = policy, unstable_dir
         self._config, self._seed = config or EnvConfig(), seed
         self._num_envs, self._threads = num_envs, threads
-        self._models: OrderedDict[str, SceneModel] = OrderedDict()
+        self._tasks = TaskSource(scenes, kept_models=num_envs)
 
     def run(self, keys: Sequence[EpisodeKey]) -> Iterator[EpisodeRecord]:
         """Run episodes named by scene and pair, and yield each as it finishes.
@@ -66,26 +69,16 @@ class EpisodeRunner:
         if not keys:
             return
         size = min(self._num_envs, len(keys))
-        env = ClutterSlots([self._model(keys[0][0])] * size, self._config, threads=self._threads)
+        env = ClutterSlots([self._tasks.choose(*keys[0]).model] * size, self._config, threads=self._threads)
         waiting, running = deque(keys), dict[int, Attempt]()
         while waiting or running:
             self._fill(env, waiting, running)
             acting = np.array(sorted(slot for slot, attempt in running.items() if attempt.row is None), dtype=np.int64)
             if len(acting):
                 env.command(acting, self._act(env, acting, running))
-            is_unstable = _advance(env, np.array(sorted(running), dtype=np.int64))
+            is_unstable = self._advance(env, running)
             yield from self._finish_holding(env, running, is_unstable)
             yield from self._finish_acting(env, acting, running, is_unstable[acting])
-
-    def _model(self, scene_id: str) -> SceneModel:
-        """The compiled scene; those not used for longest are forgotten."""
-        if scene_id not in self._models:
-            scene = self._scenes[scene_id]
-            self._models[scene_id] = compile_stored_scene(scene, self._source.assets_of(scene))
-            if len(self._models) > self._num_envs:
-                self._models.popitem(last=False)
-        self._models.move_to_end(scene_id)
-        return self._models[scene_id]
 
     def _fill(self, env: ClutterSlots, waiting: deque[EpisodeKey], running: dict[int, Attempt]) -> None:
         """Start waiting episodes in free slots."""
@@ -99,8 +92,8 @@ class EpisodeRunner:
         running.update({slot: Attempt(episode=episode) for slot, episode in zip(free, episodes, strict=True)})
 
     def _episode(self, scene_id: str, pair: int) -> Episode:
-        scene = self._scenes[scene_id]
-        return Episode(scene=scene, pair_index=pair, scene_model=self._model(scene_id), seed=self._seed)
+        task = self._tasks.choose(scene_id, pair)
+        return Episode(scene=task.scene, pair_index=pair, scene_model=task.model, seed=self._seed)
 
     def _act(self, env: ClutterSlots, acting: Slots, running: Mapping[int, Attempt]) -> Float32[np.ndarray, "slot 7"]:
         """Ask the policy, and remember what it said."""
@@ -116,6 +109,17 @@ class EpisodeRunner:
         for attempt, action in zip(attempts, actions, strict=True):
             attempt.actions.append(action.copy())
         return actions
+
+    def _advance(self, env: ClutterSlots, running: Mapping[int, Attempt]) -> Bool[np.ndarray, "env"]:
+        """One control step; returns which slots of the env became unstable, after saying which episodes these are."""
+        slots = np.array(sorted(running), dtype=np.int64)
+        is_unstable = np.zeros(env.size, dtype=bool)
+        is_unstable[slots] = env.advance(slots)
+        for slot in np.flatnonzero(is_unstable):
+            attempt, state = running[int(slot)], env.batch.states[slot]
+            key, step = (attempt.episode.scene.scene_id, attempt.episode.pair_index), len(attempt.actions) - 1
+            report_unstable(self._tasks.sha256, key, step, state, self._unstable_dir)
+        return is_unstable
 
     def _finish_acting(
         self, env: ClutterSlots, acting: Slots, running: dict[int, Attempt], is_unstable: Bool[np.ndarray, "slot"]
@@ -154,13 +158,3 @@ class EpisodeRunner:
             errors = env.errors(np.array([slot]))
             stands = is_at_goal(errors.position_m, errors.rotation_rad, self._config.termination)
             yield running.pop(slot).to_record(holds=bool(stands[0] and not is_unstable[slot]))
-
-
-def _advance(env: ClutterSlots, slots: Slots) -> Bool[np.ndarray, "env"]:
-    """One control step; slots that become unstable keep the state they had. Returns which slots of the env did."""
-    before = env.batch.states[slots].copy()
-    unstable = env.advance(slots)
-    env.batch.states[slots[unstable]] = before[unstable]
-    everywhere = np.zeros(env.size, dtype=bool)
-    everywhere[slots] = unstable
-    return everywhere
