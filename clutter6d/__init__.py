@@ -2,11 +2,15 @@
 
 from typing import TYPE_CHECKING
 
+from clutter6d.envs.registration import register_envs
+
 if TYPE_CHECKING:
     from clutter6d.dataset.split import Split
 
 __version__ = "0.1.0"
 __all__ = ["__version__", "load_split"]
+
+register_envs()
 
 
 def load_split(name: str) -> "Split":

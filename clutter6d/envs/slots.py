@@ -94,14 +94,16 @@ class ClutterSlots:
         """Simulate slots for one control step of 0.1 s with the joint targets they have.
 
         Returns:
-            Which of them became unstable; their state is no longer meaningful.
+            Which of them became unstable; they keep the state they had.
         """
+        before = self.batch.states[slots]
         failed = np.zeros(self.size, dtype=bool)
         try:
             self.batch.step(slots)
         except mujoco.batch.SimulationError as error:
             failed[error.ids] = True
         failed[self.batch.unstable_slots()] = True
+        self.batch.states[slots[failed[slots]]] = before[failed[slots]]
         return failed[slots]
 
     def stop_arm(self, slots: Slots) -> None:

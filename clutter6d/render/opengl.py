@@ -4,6 +4,7 @@
 named, so that a process may decide late.
 """
 
+import atexit
 import importlib
 from types import TracebackType
 
@@ -37,6 +38,8 @@ class OpenGlRenderer:
         self._rect = mujoco.MjrRect(0, 0, SUPERSAMPLING * width, SUPERSAMPLING * height)
         self._context = importlib.import_module(f"mujoco.{backend}").GLContext(self._rect.width, self._rect.height)
         self._context.make_current()
+        self._is_open = True
+        atexit.register(self.close)  # after the graphics library's own, so that it runs before the library shuts down
         self._buffers = self._sized_buffers()
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_GEOMS)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
@@ -85,6 +88,10 @@ class OpenGlRenderer:
 
     def close(self) -> None:
         """Free the graphics context; the object cannot be used afterwards."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        atexit.unregister(self.close)
         self._context.make_current()
         self._buffers.free()
         self._context.free()
