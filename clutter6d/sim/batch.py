@@ -87,6 +87,33 @@ class SceneBatch:
         """
         self._batch.step(slots, nstep=physics_steps)
 
+    def step_delayed(
+        self,
+        slots: Slots,
+        old_targets: Float64[np.ndarray, "slot 7"],
+        delays: Int[np.ndarray, "slot"],
+        *,
+        physics_steps: int = PHYSICS_STEPS_PER_CONTROL_STEP,
+    ) -> None:
+        """Advance slots whose arms hear of their joint targets late; without a delay equal to :meth:`step` to the bit.
+
+        Args:
+            slots: Which.
+            old_targets: What the arm follows until then [rad]; afterwards it follows ``joint_targets``.
+            delays: Physics steps of 5 ms for which it does; from ``physics_steps`` on, throughout.
+            physics_steps: Physics steps to advance.
+
+        Raises:
+            mujoco.batch.SimulationError: The engine raised an error; the slots concerned keep their state.
+        """
+        targets = self.joint_targets[slots]
+        is_late = np.arange(physics_steps) < delays[:, None]
+        controls = np.where(is_late[..., None], old_targets[:, None], targets[:, None])
+        try:
+            self._batch.rollout(physics_steps, controls, record=(), ids=slots)
+        finally:
+            self.joint_targets[slots] = targets
+
     def unstable_slots(self) -> Slots:
         """Slots whose state is not finite or in which the engine warned of a bad state since the last reset."""
         bad = [mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC]
