@@ -37,10 +37,6 @@ class UnstableState(FileModel):
     engine: str
     state_base64: str = Field(max_length=1 << 20)
 
-    def state(self) -> Float64[np.ndarray, "state"]:
-        """The state as the simulator has it."""
-        return np.frombuffer(base64.b64decode(self.state_base64, validate=True), dtype="<f8").astype(np.float64)
-
 
 def report_unstable(
     scenes_sha256: str, key: tuple[str, int], step: int, state: Float64[np.ndarray, "state"], folder: Path | None
@@ -90,8 +86,15 @@ def replay_unstable(path: Path, source: TaskSource) -> bool:
     task, slot = source.choose(found.scene_id, found.pair), np.zeros(1, dtype=np.int64)
     env = ClutterSlots([task.model], threads=1)
     env.load(slot, [task.model], [task.pair])
-    try:
-        env.batch.states[0] = found.state()
-    except ValueError as error:
-        raise InvalidFileError(path, "its state does not fit the scene") from error
+    env.batch.states[0] = _read_state(found, path, env.batch.states.shape[1])
     return bool(env.advance(slot)[0])
+
+
+def _read_state(found: UnstableState, path: Path, size: int) -> Float64[np.ndarray, "state"]:
+    try:
+        state = np.frombuffer(base64.b64decode(found.state_base64, validate=True), dtype="<f8").astype(np.float64)
+    except ValueError as error:
+        raise InvalidFileError(path, "its state cannot be decoded") from error
+    if len(state) != size:
+        raise InvalidFileError(path, f"its state has {len(state)} numbers, the scene's has {size}")
+    return state

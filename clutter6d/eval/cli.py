@@ -11,7 +11,9 @@ from rich.progress import Progress
 from rich.table import Column, Table
 
 from clutter6d.dataset.scenes import SceneCollection, open_scenes
+from clutter6d.envs.tasks import TaskSource
 from clutter6d.envs.termination import MAX_CONTROL_STEPS
+from clutter6d.envs.unstable_state import replay_unstable
 from clutter6d.errors import MissingFileError
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.episode_tasks import run_in_workers
@@ -87,12 +89,15 @@ def evaluate(
 
 
 def replay(
-    folder: Annotated[Path, typer.Argument(help="What clutter6d evaluate wrote.")],
+    folder: Annotated[Path, typer.Argument(help="What clutter6d evaluate wrote, or the file of an unstable state.")],
     scenes: Annotated[str | None, typer.Option(help="The scenes, if they are no longer where they were.")] = None,
     num_envs: Annotated[int, typer.Option(min=1, help="Episodes that run at once.")] = PARALLEL_EPISODES,
     threads: Annotated[int, typer.Option(min=0, help="Threads; 0 for all cores.")] = 0,
 ) -> None:
     """Simulate the recorded actions again; exit code 1 unless every outcome and metric is the same to the bit."""
+    if folder.is_file():
+        _replay_unstable(folder, scenes)
+        return
     if not folder.is_dir():
         raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
     found = scenes or read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes
@@ -111,6 +116,18 @@ def replay(
         console.print(f"{folder / REPORT_FILE} does not follow from the episodes: {', '.join(wrong)}")
     console.print(f"{len(check.keys) - differing} of {len(check.keys)} episodes identical to the bit")
     if differing or wrong:
+        raise typer.Exit(1)
+
+
+def _replay_unstable(path: Path, scenes: str | None) -> None:
+    """Simulate the step that became invalid again."""
+    remembered = path.resolve().parent.parent / SCENES_FILE
+    if scenes is None and not remembered.is_file():
+        raise MissingFileError("scenes of the unstable state", remembered, "name them by --scenes")
+    found = scenes or read_model(remembered, ScenesLocation, what="scenes of the evaluation").scenes
+    fails = replay_unstable(path, TaskSource(open_scenes(found), kept_models=1))
+    print(f"{path.stem}: the step becomes invalid again" if fails else f"{path.stem}: the step is valid this time")
+    if not fails:
         raise typer.Exit(1)
 
 

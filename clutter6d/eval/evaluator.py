@@ -3,6 +3,7 @@
 run.json                            everything the outcome depends on
 journal/<scene_id>@<pair>.json      one finished episode: its row and its actions
 floor/<scene_id>@<pair>.json        the same episode without any action
+unstable/<scene_id>@<pair>-<step>.json  the state before a simulation step that became invalid, if one did
 episodes.parquet, actions.parquet   all episodes, by scene and pair; one row a control step
 report.json, report.md              the table
 """
@@ -133,6 +134,7 @@ class Evaluation:
             seed=self._config.seed,
             num_envs=num_envs,
             threads=threads,
+            unstable_dir=self._out / "unstable",
         )
         for record in runner.run([key for key in wanted if key not in done]):
             write_episode(self._out / part, record)
