@@ -2,12 +2,15 @@
 
 Quaternions are ``wxyz`` and unit; a pose row is ``x y z qw qx qy qz``; lengths in metres, angles in radians. All
 functions broadcast over leading axes and work element by element, so a row's result does not depend on the batch.
+They take and give NumPy's or torch's arrays (:mod:`clutter6d.arrays`); rotations are made from angles in NumPy only.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
+
+from clutter6d.arrays import Array, namespace
 
 IDENTITY_QUAT = (1.0, 0.0, 0.0, 0.0)
 
@@ -30,11 +33,11 @@ class Pose:
         return cls(position=(x, y, z), quat_wxyz=(qw, qx, qy, qz))
 
 
-def quat_multiply(a: Float[np.ndarray, "*#n 4"], b: Float[np.ndarray, "*#n 4"]) -> Float[np.ndarray, "*n 4"]:
+def quat_multiply(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, "*n 4"]:
     """Hamilton product: rotate by ``b``, then by ``a``."""
     aw, ax, ay, az = (a[..., i] for i in range(4))
     bw, bx, by, bz = (b[..., i] for i in range(4))
-    return np.stack(
+    return namespace(a).stack(
         [
             aw * bw - ax * bx - ay * by - az * bz,
             aw * bx + ax * bw + ay * bz - az * by,
@@ -45,14 +48,15 @@ def quat_multiply(a: Float[np.ndarray, "*#n 4"], b: Float[np.ndarray, "*#n 4"]) 
     )
 
 
-def quat_conjugate(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 4"]:
+def quat_conjugate(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
     """The inverse rotation."""
-    return quat * np.array([1.0, -1.0, -1.0, -1.0])
+    return namespace(quat).concat([quat[..., :1], -quat[..., 1:]], axis=-1)
 
 
-def quat_normalize(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 4"]:
+def quat_normalize(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
     """The unit quaternion of the same direction."""
-    return quat / np.sqrt((quat * quat).sum(axis=-1, keepdims=True))
+    xp = namespace(quat)
+    return quat / xp.sqrt(xp.sum(quat * quat, axis=-1, keepdims=True))
 
 
 def quat_from_axis_angle(
@@ -72,23 +76,24 @@ def quat_from_yaw(yaw: Float[np.ndarray, "*n"] | float) -> Float[np.ndarray, "*n
     return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
 
 
-def quat_to_matrix(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 3 3"]:
+def quat_to_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
     """The rotation matrix of a unit quaternion."""
+    xp = namespace(quat)
     w, x, y, z = (quat[..., i] for i in range(4))
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return xp.stack([xp.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def quat_from_matrix(matrix: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
+def quat_from_matrix(matrix: Float[Array, "*n 3 3"]) -> Float[Array, "*n 4"]:
     """The unit quaternion of a rotation matrix, with non-negative scalar part.
 
     Of the four rows of the quaternion's outer product with itself, the longest is used, so nothing cancels.
     """
-    m = matrix
+    xp, m = namespace(matrix), matrix
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
     xy, xz, yz = m[..., 1, 0] + m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0], m[..., 2, 1] + m[..., 1, 2]
@@ -98,44 +103,56 @@ def quat_from_matrix(matrix: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "
         [wy, xy, 1 - xx + yy - zz, yz],
         [wz, xz, yz, 1 - xx - yy + zz],
     ]
-    outer = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    best = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
-    quat = quat_normalize(np.take_along_axis(outer, best[..., None, None], axis=-2)[..., 0, :])
-    return quat * np.where(quat[..., :1] < 0, -1.0, 1.0)
+    outer = xp.stack([xp.stack(row, axis=-1) for row in rows], axis=-2)
+    best = xp.argmax(xp.linalg.diagonal(outer), axis=-1)
+    chosen = xp.broadcast_to(best[..., None, None], (*matrix.shape[:-2], 1, 4))
+    return with_positive_scalar(quat_normalize(xp.take_along_axis(outer, chosen, axis=-2)[..., 0, :]))
 
 
-def rotate(quat: Float[np.ndarray, "*#n 4"], vectors: Float[np.ndarray, "*#n 3"]) -> Float[np.ndarray, "*n 3"]:
+def with_positive_scalar(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
+    """The same rotation with a scalar part that is not negative."""
+    return namespace(quat).where(quat[..., :1] < 0, -quat, quat)
+
+
+def cross(a: Float[Array, "*#n 3"], b: Float[Array, "*#n 3"]) -> Float[Array, "*n 3"]:
+    """Vector product."""
+    ax, ay, az = (a[..., i] for i in range(3))
+    bx, by, bz = (b[..., i] for i in range(3))
+    return namespace(a).stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+
+
+def rotate(quat: Float[Array, "*#n 4"], vectors: Float[Array, "*#n 3"]) -> Float[Array, "*n 3"]:
     """Rotate vectors by unit quaternions."""
     scalar, axis = quat[..., :1], quat[..., 1:]
-    twice_cross = 2 * np.cross(axis, vectors)
-    return vectors + scalar * twice_cross + np.cross(axis, twice_cross)
+    twice_cross = 2 * cross(axis, vectors)
+    return vectors + scalar * twice_cross + cross(axis, twice_cross)
 
 
-def transform_points(
-    pose: Float[np.ndarray, "*n 7"], points: Float[np.ndarray, "*#n point 3"]
-) -> Float[np.ndarray, "*n point 3"]:
+def transform_points(pose: Float[Array, "*n 7"], points: Float[Array, "*#n point 3"]) -> Float[Array, "*n point 3"]:
     """Points of the object frame in the world frame."""
     return rotate(pose[..., None, 3:], points) + pose[..., None, :3]
 
 
-def rotation_error_rad(a: Float[np.ndarray, "*#n 4"], b: Float[np.ndarray, "*#n 4"]) -> Float[np.ndarray, "*n"]:
+def rotation_error_rad(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, "*n"]:
     """Angle between two rotations, ``2 acos|a . b|`` in [0, pi] (paper, "Reward Function")."""
-    return np.asarray(2 * np.arccos(np.clip(np.abs((a * b).sum(axis=-1)), 0.0, 1.0)))
+    xp = namespace(a)
+    return xp.asarray(2 * xp.acos(xp.minimum(xp.abs(xp.sum(a * b, axis=-1)), 1.0)))
 
 
-def rotation_6d(quat: Float[np.ndarray, "*n 4"]) -> Float[np.ndarray, "*n 6"]:
+def rotation_6d(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 6"]:
     """The first two columns of the rotation matrix, one after the other."""
     matrix = quat_to_matrix(quat)
-    return np.concatenate([matrix[..., :, 0], matrix[..., :, 1]], axis=-1)
+    return namespace(quat).concat([matrix[..., :, 0], matrix[..., :, 1]], axis=-1)
 
 
-def relative_pose(reference: Float[np.ndarray, "*#n 7"], pose: Float[np.ndarray, "*#n 7"]) -> Float[np.ndarray, "*n 7"]:
+def relative_pose(reference: Float[Array, "*#n 7"], pose: Float[Array, "*#n 7"]) -> Float[Array, "*n 7"]:
     """``pose`` expressed in the frame of ``reference``."""
     inverse = quat_conjugate(reference[..., 3:])
     position = rotate(inverse, pose[..., :3] - reference[..., :3])
-    return np.concatenate([position, quat_multiply(inverse, pose[..., 3:])], axis=-1)
+    return namespace(pose).concat([position, quat_multiply(inverse, pose[..., 3:])], axis=-1)
 
 
-def is_unit(quat: Float[np.ndarray, "*n 4"], tolerance: float = 1e-6) -> Bool[np.ndarray, "*n"]:
+def is_unit(quat: Float[Array, "*n 4"], tolerance: float = 1e-6) -> Bool[Array, "*n"]:
     """Whether quaternions have unit length."""
-    return np.asarray(np.abs((quat * quat).sum(axis=-1) - 1) < tolerance)
+    xp = namespace(quat)
+    return xp.asarray(xp.abs(xp.sum(quat * quat, axis=-1) - 1) < tolerance)

@@ -1,18 +1,21 @@
 """From a policy's joint residuals to joint targets (paper, "Safe and Conservative Action Mapping").
 
 Pure functions, row by row: a row's result is the same to the bit wherever it stands in a batch. Every product is
-therefore written out term by term; a matrix library sums in an order that depends on the batch's shape.
+therefore written out term by term; a matrix library sums in an order that depends on the batch's shape. Arrays are
+NumPy's or torch's (:mod:`clutter6d.arrays`).
 """
 
 from dataclasses import dataclass
 
-import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float
 
+from clutter6d.arrays import Array, constant, namespace
 from clutter6d.errors import InvalidValueError
 from clutter6d.sim.robot import JOINT_LOWER_RAD, JOINT_UPPER_RAD, hand_jacobian
 
 ACTION_SIZE = 7
+_LOWER_RAD = tuple(JOINT_LOWER_RAD.tolist())
+_UPPER_RAD = tuple(JOINT_UPPER_RAD.tolist())
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -42,8 +45,8 @@ class ActionConfig:
 
 
 def joint_targets(
-    actions: Float32[np.ndarray, "slot 7"], arm_qpos: Float64[np.ndarray, "slot 7"], config: ActionConfig
-) -> Float64[np.ndarray, "slot 7"]:
+    actions: Float[Array, "slot 7"], arm_qpos: Float[Array, "slot 7"], config: ActionConfig
+) -> Float[Array, "slot 7"]:
     """Joint angles to drive to: current angles plus the clipped residuals, within the joint limits [rad].
 
     Args:
@@ -51,15 +54,21 @@ def joint_targets(
         arm_qpos: Current joint angles [rad].
         config: Scale and bounds.
     """
-    scale = config.action_scale_rad
-    residuals = np.clip(actions.astype(np.float64), -scale, scale)
+    xp, scale = namespace(arm_qpos), config.action_scale_rad
+    residuals = xp.minimum(xp.maximum(xp.astype(actions, arm_qpos.dtype), -scale), scale)
     residuals = clip_hand_step(residuals, hand_jacobian(arm_qpos)[:, :3], config)
-    return np.clip(arm_qpos + residuals, JOINT_LOWER_RAD, JOINT_UPPER_RAD)
+    return within_joint_limits(arm_qpos + residuals)
+
+
+def within_joint_limits(qpos: Float[Array, "slot 7"]) -> Float[Array, "slot 7"]:
+    """The nearest joint angles that the arm allows [rad]."""
+    xp = namespace(qpos)
+    return xp.minimum(xp.maximum(qpos, constant(_LOWER_RAD, qpos)), constant(_UPPER_RAD, qpos))
 
 
 def clip_hand_step(
-    residuals: Float64[np.ndarray, "slot 7"], jacobian: Float64[np.ndarray, "slot 3 7"], config: ActionConfig
-) -> Float64[np.ndarray, "slot 7"]:
+    residuals: Float[Array, "slot 7"], jacobian: Float[Array, "slot 3 7"], config: ActionConfig
+) -> Float[Array, "slot 7"]:
     """Take out of each residual what would move the hand further than ``max_hand_step_m``.
 
     The excess of the hand's movement, ``dx (1 - bound / |dx|)``, is mapped back with the damped pseudo-inverse,
@@ -67,24 +76,26 @@ def clip_hand_step(
     to the bit; corrected rows are rounded to float32, so that the last bits of a sine, which differ between machines,
     do not reach the simulation.
     """
+    xp = namespace(residuals)
     step = joint_to_hand_velocity(jacobian, residuals)
-    length = np.sqrt(_dot(step, step))
+    length = xp.sqrt(_dot(step, step))
     is_over = length > config.max_hand_step_m
-    share = 1 - config.max_hand_step_m / np.where(is_over, length, 1.0)
+    share = 1 - config.max_hand_step_m / xp.where(is_over, length, 1.0)
     weights = _solve_damped(jacobian, step * share[:, None], config.damping)
-    excess = joint_to_hand_velocity(jacobian.transpose(0, 2, 1), weights)
-    corrected = (residuals - excess).astype(np.float32).astype(np.float64)
-    return np.where(is_over[:, None], corrected, residuals)
+    excess = joint_to_hand_velocity(xp.matrix_transpose(jacobian), weights)
+    corrected = xp.astype(xp.astype(residuals - excess, xp.float32), residuals.dtype)
+    return xp.where(is_over[:, None], corrected, residuals)
 
 
 def joint_to_hand_velocity(
-    jacobian: Float64[np.ndarray, "slot axis joint"], arm_qvel: Float64[np.ndarray, "slot joint"]
-) -> Float64[np.ndarray, "slot axis"]:
+    jacobian: Float[Array, "slot axis joint"], arm_qvel: Float[Array, "slot joint"]
+) -> Float[Array, "slot axis"]:
     """The hand's velocity, ``J dq``, in the rows of the Jacobian."""
-    return np.stack([_dot(jacobian[:, axis], arm_qvel) for axis in range(jacobian.shape[1])], axis=1)
+    rows = [_dot(jacobian[:, axis], arm_qvel) for axis in range(jacobian.shape[1])]
+    return namespace(arm_qvel).stack(rows, axis=1)
 
 
-def _dot(a: Float64[np.ndarray, "slot n"], b: Float64[np.ndarray, "slot n"]) -> Float64[np.ndarray, "slot"]:
+def _dot(a: Float[Array, "slot n"], b: Float[Array, "slot n"]) -> Float[Array, "slot"]:
     """Row-wise dot product, summed from left to right."""
     total = a[:, 0] * b[:, 0]
     for column in range(1, a.shape[1]):
@@ -93,8 +104,8 @@ def _dot(a: Float64[np.ndarray, "slot n"], b: Float64[np.ndarray, "slot n"]) -> 
 
 
 def _solve_damped(
-    jacobian: Float64[np.ndarray, "slot 3 7"], right: Float64[np.ndarray, "slot 3"], damping: float
-) -> Float64[np.ndarray, "slot 3"]:
+    jacobian: Float[Array, "slot 3 7"], right: Float[Array, "slot 3"], damping: float
+) -> Float[Array, "slot 3"]:
     """Solve ``(J J^T + damping^2 I) w = right`` row by row, by cofactors; the matrix is symmetric positive definite."""
     rows = [jacobian[:, axis] for axis in range(3)]
     a, d, f = (_dot(row, row) + damping**2 for row in rows)
@@ -104,4 +115,4 @@ def _solve_damped(
     determinant = a * aa + b * ab + c * ac
     x, y, z = (right[:, axis] for axis in range(3))
     solution = [aa * x + ab * y + ac * z, ab * x + bb * y + bc * z, ac * x + bc * y + cc * z]
-    return np.stack([component / determinant for component in solution], axis=1)
+    return namespace(right).stack([component / determinant for component in solution], axis=1)

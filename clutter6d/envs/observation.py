@@ -1,35 +1,38 @@
-"""What a policy sees (paper, Table "Summary of our MDP components")."""
+"""What a policy sees (paper, Table "Summary of our MDP components"), in NumPy or torch (:mod:`clutter6d.arrays`)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypedDict, cast
+from typing import Final, Generic, TypedDict
 
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float, Float32
 
+from clutter6d.arrays import Array, namespace
 from clutter6d.assets.asset import SURFACE_POINTS
 from clutter6d.envs.action import joint_to_hand_velocity
 from clutter6d.envs.point_cloud import (
     ENVIRONMENT_POINTS,
     POINT_FEATURES,
+    PointClouds,
     RigidMotion,
     Rows,
     SceneClouds,
     free_body_motion,
-    object_features,
-    world_points,
-    write_features,
+    motion_in_world,
+    point_clouds,
 )
-from clutter6d.geometry import Pose, quat_to_matrix, relative_pose, rotation_6d
+from clutter6d.geometry import Pose, relative_pose, rotation_6d
 from clutter6d.physics import TABLE_FRICTION
 from clutter6d.sim.end_effector import END_EFFECTOR_POINTS
-from clutter6d.sim.robot import FINGER_FRICTION, end_effector_points, hand_jacobian, hand_pose
-from clutter6d.sim.robot_facts import FINGER, HAND
+from clutter6d.sim.kinematics import ArmFrames, arm_frames
+from clutter6d.sim.robot import FINGER_FRICTION
 from clutter6d.sim.scene_model import SceneModel
 
-HAND_MASS_KG: Final = HAND.mass_kg + 2 * FINGER.mass_kg
+CloudMaker = Callable[[SceneClouds[Array], RigidMotion[Array], RigidMotion[Array]], PointClouds[Array]]
+"""Makes the point clouds from canonical points, the objects' and the hands' motion."""
 
 
-class Observation(TypedDict):
+class Observation(TypedDict, Generic[Array]):
     """One row a slot, float32; metres, kilograms, seconds, radians; world frame.
 
     A point's features are ``x y z``, its share of the object's mass (mass over number of points), and its velocity as
@@ -46,18 +49,18 @@ class Observation(TypedDict):
         previous_action: The residual the policy asked for one step ago; zero at first.
     """
 
-    object_points: Float32[np.ndarray, "slot 512 7"]
-    environment_points: Float32[np.ndarray, "slot 512 7"]
-    end_effector_points: Float32[np.ndarray, "slot 256 7"]
-    hand_state: Float32[np.ndarray, "slot 9"]
-    joint_state: Float32[np.ndarray, "slot 14"]
-    relative_goal: Float32[np.ndarray, "slot 9"]
-    physics_parameters: Float32[np.ndarray, "slot 5"]
-    previous_action: Float32[np.ndarray, "slot 7"]
+    object_points: Float32[Array, "slot 512 7"]
+    environment_points: Float32[Array, "slot 512 7"]
+    end_effector_points: Float32[Array, "slot 256 7"]
+    hand_state: Float32[Array, "slot 9"]
+    joint_state: Float32[Array, "slot 14"]
+    relative_goal: Float32[Array, "slot 9"]
+    physics_parameters: Float32[Array, "slot 5"]
+    previous_action: Float32[Array, "slot 7"]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class BodyState:
+class BodyState(Generic[Array]):
     """Where everything is and how it moves; rows are slots, the target is the first object.
 
     Attributes:
@@ -67,12 +70,12 @@ class BodyState:
         object_velocities: Linear velocity in the world frame, angular velocity in the object's own.
     """
 
-    arm_qpos: Float64[np.ndarray, "slot 7"]
-    arm_qvel: Float64[np.ndarray, "slot 7"]
-    object_poses: Float64[np.ndarray, "slot object 7"]
-    object_velocities: Float64[np.ndarray, "slot object 6"]
+    arm_qpos: Float[Array, "slot 7"]
+    arm_qvel: Float[Array, "slot 7"]
+    object_poses: Float[Array, "slot object 7"]
+    object_velocities: Float[Array, "slot object 6"]
 
-    def __getitem__(self, rows: Rows) -> "BodyState":
+    def __getitem__(self, rows: Rows) -> "BodyState[Array]":
         """The state of some slots."""
         return BodyState(
             arm_qpos=self.arm_qpos[rows],
@@ -83,7 +86,7 @@ class BodyState:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class TaskArrays:
+class TaskArrays(Generic[Array]):
     """What an observation needs to know of each slot's scene and task.
 
     Attributes:
@@ -92,14 +95,14 @@ class TaskArrays:
         physics: The physics parameters of the observation.
     """
 
-    clouds: SceneClouds
-    goals: Float64[np.ndarray, "slot 7"]
-    physics: Float32[np.ndarray, "slot 5"]
+    clouds: SceneClouds[Array]
+    goals: Float[Array, "slot 7"]
+    physics: Float32[Array, "slot 5"]
 
     @classmethod
-    def allocate(cls, slots: int, objects: int) -> "TaskArrays":
+    def allocate(cls, slots: int, objects: int) -> "TaskArrays[np.ndarray]":
         """Arrays of slots without a task yet."""
-        return cls(
+        return TaskArrays(
             clouds=SceneClouds.allocate(slots, objects),
             goals=np.tile([0.0, 0, 0, 1, 0, 0, 0], (slots, 1)),
             physics=np.zeros((slots, 5), dtype=np.float32),
@@ -117,67 +120,59 @@ class TaskArrays:
             0.0,
         )
 
-    def __getitem__(self, rows: Rows) -> "TaskArrays":
+    def __getitem__(self, rows: Rows) -> "TaskArrays[Array]":
         """The arrays of some slots."""
         return TaskArrays(clouds=self.clouds[rows], goals=self.goals[rows], physics=self.physics[rows])
 
 
-def allocate_observation(slots: int) -> Observation:
-    """An observation to be filled."""
-    return Observation(
-        object_points=np.empty((slots, SURFACE_POINTS, POINT_FEATURES), dtype=np.float32),
-        environment_points=np.empty((slots, ENVIRONMENT_POINTS, POINT_FEATURES), dtype=np.float32),
-        end_effector_points=np.empty((slots, END_EFFECTOR_POINTS, POINT_FEATURES), dtype=np.float32),
-        hand_state=np.empty((slots, 9), dtype=np.float32),
-        joint_state=np.empty((slots, 14), dtype=np.float32),
-        relative_goal=np.empty((slots, 9), dtype=np.float32),
-        physics_parameters=np.empty((slots, 5), dtype=np.float32),
-        previous_action=np.empty((slots, 7), dtype=np.float32),
-    )
+OBSERVATION_SHAPES: Final = {
+    "object_points": (SURFACE_POINTS, POINT_FEATURES),
+    "environment_points": (ENVIRONMENT_POINTS, POINT_FEATURES),
+    "end_effector_points": (END_EFFECTOR_POINTS, POINT_FEATURES),
+    "hand_state": (9,),
+    "joint_state": (14,),
+    "relative_goal": (9,),
+    "physics_parameters": (5,),
+    "previous_action": (7,),
+}
+"""Shape of one slot's row of each entry of an :class:`Observation`."""
 
 
-def fill_observation(
-    out: Observation, state: BodyState, task: TaskArrays, previous_action: Float32[np.ndarray, "slot 7"]
-) -> None:
-    """Fill the observation of slots; a slot's rows do not depend on the others.
+def make_observation(
+    state: BodyState[Array],
+    task: TaskArrays[Array],
+    previous_action: Float32[Array, "slot 7"],
+    *,
+    frames: ArmFrames[Array] | None = None,
+    make_clouds: CloudMaker[Array] = point_clouds,
+) -> Observation[Array]:
+    """The observation of slots; a slot's rows do not depend on the others.
 
     Args:
-        out: Receives the observation; one row for each row of ``state``.
         state: Where everything is.
         task: Scenes and goals of the same slots.
         previous_action: The residuals asked for one step ago [rad].
+        frames: The arms' frames at ``state``, if they are known already.
+        make_clouds: Another implementation of :func:`clutter6d.envs.point_cloud.point_clouds`.
     """
-    motion = free_body_motion(state.object_poses, state.object_velocities)
-    object_features(task.clouds, motion, out["object_points"], out["environment_points"])
-    hand = hand_pose(state.arm_qpos)
-    _fill_end_effector(out["end_effector_points"], hand, state)
-    out["hand_state"][:] = _position_and_rotation(hand)
-    out["joint_state"][:, :7] = state.arm_qpos
-    out["joint_state"][:, 7:] = state.arm_qvel
-    out["relative_goal"][:] = _position_and_rotation(relative_pose(state.object_poses[:, 0], task.goals))
-    out["physics_parameters"][:] = task.physics
-    out["previous_action"][:] = previous_action
-
-
-def observation_rows(observation: Observation, rows: Rows) -> Observation:
-    """Views (or copies, for an array of rows) of some rows."""
-    return cast(Observation, {name: value[rows] for name, value in cast(dict[str, np.ndarray], observation).items()})
-
-
-def _fill_end_effector(
-    out: Float32[np.ndarray, "slot 256 7"], hand: Float64[np.ndarray, "slot 7"], state: BodyState
-) -> None:
-    twist = joint_to_hand_velocity(hand_jacobian(state.arm_qpos), state.arm_qvel).astype(np.float32)
-    motion = RigidMotion(
-        rotation=quat_to_matrix(hand[:, 3:]).astype(np.float32),
-        position=hand[:, :3].astype(np.float32),
-        linear_velocity=twist[:, :3],
-        angular_velocity=twist[:, 3:],
+    xp = namespace(state.arm_qpos)
+    frames = frames or arm_frames(state.arm_qpos)
+    hand = frames.pose
+    twist = joint_to_hand_velocity(frames.jacobian, state.arm_qvel)
+    objects = free_body_motion(state.object_poses, state.object_velocities)
+    clouds = make_clouds(task.clouds, objects, motion_in_world(hand, twist[:, :3], twist[:, 3:]))
+    return Observation(
+        object_points=clouds.target,
+        environment_points=clouds.environment,
+        end_effector_points=clouds.hand,
+        hand_state=_position_and_rotation(hand),
+        joint_state=xp.astype(xp.concat([state.arm_qpos, state.arm_qvel], axis=1), xp.float32),
+        relative_goal=_position_and_rotation(relative_pose(state.object_poses[:, 0], task.goals)),
+        physics_parameters=xp.asarray(task.physics, copy=True),
+        previous_action=xp.asarray(previous_action, copy=True),
     )
-    points = np.broadcast_to(end_effector_points().T, (len(hand), 3, END_EFFECTOR_POINTS)).copy()
-    point_mass = np.full((1, 1), HAND_MASS_KG / END_EFFECTOR_POINTS, dtype=np.float32)
-    write_features(out, world_points(points, motion), point_mass, motion)
 
 
-def _position_and_rotation(pose: Float64[np.ndarray, "slot 7"]) -> Float64[np.ndarray, "slot 9"]:
-    return np.concatenate([pose[:, :3], rotation_6d(pose[:, 3:])], axis=1)
+def _position_and_rotation(pose: Float[Array, "slot 7"]) -> Float32[Array, "slot 9"]:
+    xp = namespace(pose)
+    return xp.astype(xp.concat([pose[:, :3], rotation_6d(pose[:, 3:])], axis=1), xp.float32)

@@ -1,13 +1,15 @@
-"""The reward (paper, "Reward Function"); pure functions of poses.
+"""The reward (paper, "Reward Function"); pure functions of poses, in NumPy or torch (:mod:`clutter6d.arrays`).
 
 Terms are summed as the paper writes them, not multiplied by the control step as Isaac Lab does.
 """
 
 from dataclasses import dataclass
+from math import pi
+from typing import Generic
 
-import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float
 
+from clutter6d.arrays import Array, namespace
 from clutter6d.geometry import rotation_error_rad
 
 
@@ -40,7 +42,7 @@ class RewardConfig:
     position_tolerance_m: float = 0.05
     rotation_tolerance_rad: float = 0.1
     obstacle_distance_m: float = 0.10
-    obstacle_angle_rad: float = np.pi / 4
+    obstacle_angle_rad: float = pi / 4
     proximity_weight: float = 1.0
     coarse_weight: float = 5.0
     fine_weight: float = 16.0
@@ -48,27 +50,27 @@ class RewardConfig:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class RewardTerms:
+class RewardTerms(Generic[Array]):
     """The weighted terms of one control step; ``total`` is their sum."""
 
-    proximity: Float64[np.ndarray, "slot"]
-    coarse: Float64[np.ndarray, "slot"]
-    fine: Float64[np.ndarray, "slot"]
-    success: Float64[np.ndarray, "slot"]
+    proximity: Float[Array, "slot"]
+    coarse: Float[Array, "slot"]
+    fine: Float[Array, "slot"]
+    success: Float[Array, "slot"]
 
     @property
-    def total(self) -> Float64[np.ndarray, "slot"]:
+    def total(self) -> Float[Array, "slot"]:
         """The reward."""
         return self.proximity + self.coarse + self.fine + self.success
 
 
 def compute_reward(
-    object_poses: Float64[np.ndarray, "slot object 7"],
-    start_poses: Float64[np.ndarray, "slot object 7"],
-    goals: Float64[np.ndarray, "slot 7"],
-    fingers: Float64[np.ndarray, "slot 2 3"],
+    object_poses: Float[Array, "slot object 7"],
+    start_poses: Float[Array, "slot object 7"],
+    goals: Float[Array, "slot 7"],
+    fingers: Float[Array, "slot 2 3"],
     config: RewardConfig,
-) -> RewardTerms:
+) -> RewardTerms[Array]:
     """The reward of the state at a control step's end.
 
     Args:
@@ -78,36 +80,40 @@ def compute_reward(
         fingers: Positions of the left and the right finger tip [m].
         config: Scales and weights.
     """
+    xp = namespace(object_poses)
     target = object_poses[:, 0]
-    finger_distance = _norm(fingers - target[:, None, :3]).min(axis=1)
+    finger_distance = xp.min(_norm(fingers - target[:, None, :3]), axis=1)
     rotation = rotation_error_rad(target[:, 3:], goals[:, 3:])
     error = _norm(target[:, :3] - goals[:, :3]) + config.rotation_weight_m_rad * rotation
     is_near = finger_distance < config.gate_m
     is_placed = (_norm(target[:, :2] - goals[:, :2]) < config.position_tolerance_m) & (
         rotation < config.rotation_tolerance_rad
     )
+    factor = disturbance_factor(object_poses[:, 1:], start_poses[:, 1:], config)
     return RewardTerms(
-        proximity=config.proximity_weight * (1 - np.tanh(finger_distance / config.proximity_scale_m)),
-        coarse=config.coarse_weight * is_near * (1 - np.tanh(error / config.coarse_scale)),
-        fine=config.fine_weight * is_near * (1 - np.tanh(error / config.fine_scale)),
-        success=config.success_weight * is_placed * disturbance_factor(object_poses[:, 1:], start_poses[:, 1:], config),
+        proximity=config.proximity_weight * (1 - xp.tanh(finger_distance / config.proximity_scale_m)),
+        coarse=config.coarse_weight * (is_near * (1 - xp.tanh(error / config.coarse_scale))),
+        fine=config.fine_weight * (is_near * (1 - xp.tanh(error / config.fine_scale))),
+        success=config.success_weight * (is_placed * factor),
     )
 
 
 def disturbance_factor(
-    obstacle_poses: Float64[np.ndarray, "slot obstacle 7"],
-    start_poses: Float64[np.ndarray, "slot obstacle 7"],
+    obstacle_poses: Float[Array, "slot obstacle 7"],
+    start_poses: Float[Array, "slot obstacle 7"],
     config: RewardConfig,
-) -> Float64[np.ndarray, "slot"]:
+) -> Float[Array, "slot"]:
     """The factor in [0.5, 1] by which moved obstacles reduce a success (paper, "Obstacle Motion Penalty")."""
+    xp = namespace(obstacle_poses)
     if obstacle_poses.shape[1] == 0:
-        return np.ones(len(obstacle_poses))
-    distance = _norm(obstacle_poses[..., :3] - start_poses[..., :3]).mean(axis=1)
-    angle = rotation_error_rad(obstacle_poses[..., 3:], start_poses[..., 3:]).mean(axis=1)
-    moved = np.clip(distance / config.obstacle_distance_m, 0, 1)
-    turned = np.clip(angle / config.obstacle_angle_rad, 0, 1)
-    return np.clip(1 - 0.5 * (moved + turned) / 2, 0.5, 1.0)
+        return xp.ones_like(xp.sum(obstacle_poses, axis=(1, 2)))
+    distance = xp.mean(_norm(obstacle_poses[..., :3] - start_poses[..., :3]), axis=1)
+    angle = xp.mean(rotation_error_rad(obstacle_poses[..., 3:], start_poses[..., 3:]), axis=1)
+    moved = xp.minimum(distance / config.obstacle_distance_m, 1.0)
+    turned = xp.minimum(angle / config.obstacle_angle_rad, 1.0)
+    return 1 - 0.5 * (moved + turned) / 2
 
 
-def _norm(vectors: Float64[np.ndarray, "*n axis"]) -> Float64[np.ndarray, "*n"]:
-    return np.sqrt((vectors * vectors).sum(axis=-1))
+def _norm(vectors: Float[Array, "*n axis"]) -> Float[Array, "*n"]:
+    xp = namespace(vectors)
+    return xp.sqrt(xp.sum(vectors * vectors, axis=-1))

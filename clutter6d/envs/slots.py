@@ -15,9 +15,7 @@ from clutter6d.envs.observation import (
     BodyState,
     Observation,
     TaskArrays,
-    allocate_observation,
-    fill_observation,
-    observation_rows,
+    make_observation,
 )
 from clutter6d.envs.reward import RewardTerms, compute_reward
 from clutter6d.envs.termination import GoalErrors, goal_errors
@@ -114,25 +112,16 @@ class ClutterSlots:
         """How far the targets of slots are from their goals."""
         return goal_errors(self.batch.object_poses[slots, 0], self._task.goals[slots])
 
-    def observe(self, slots: Slots | None = None) -> Observation:
+    def observe(self, slots: Slots | None = None) -> Observation[np.ndarray]:
         """Observations of slots (default: all), one row each."""
-        rows = np.arange(self.size) if slots is None else slots
-        out = allocate_observation(len(rows))
+        rows = slice(None) if slots is None else slots
         state = BodyState(
             arm_qpos=self.batch.arm_qpos,
             arm_qvel=self.batch.arm_qvel,
             object_poses=self.batch.object_poses,
             object_velocities=self.batch.object_velocities,
         )
-
-        def fill(part: slice) -> None:
-            chosen = part if slots is None else rows[part]
-            fill_observation(
-                observation_rows(out, part), state[chosen], self._task[chosen], self.previous_actions[chosen]
-            )
-
-        self._each_part(len(rows), fill)
-        return out
+        return make_observation(state[rows], self._task[rows], self.previous_actions[rows])
 
     def reward(self, slots: Slots | None = None) -> RewardTerms:
         """Reward of the present state of slots (default: all)."""

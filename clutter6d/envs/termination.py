@@ -1,11 +1,12 @@
-"""When an episode ends, and whether it was a success; pure functions of poses."""
+"""When an episode ends, and whether it was a success; pure functions of poses, in NumPy or torch."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Generic, Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Float64, Int
+from jaxtyping import Bool, Float, Int
 
+from clutter6d.arrays import Array, namespace
 from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import rotation_error_rad
 
@@ -37,36 +38,35 @@ class TerminationConfig:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class GoalErrors:
+class GoalErrors(Generic[Array]):
     """How far targets are from their goals."""
 
-    position_m: Float64[np.ndarray, "slot"]
-    planar_m: Float64[np.ndarray, "slot"]
-    rotation_rad: Float64[np.ndarray, "slot"]
+    position_m: Float[Array, "slot"]
+    planar_m: Float[Array, "slot"]
+    rotation_rad: Float[Array, "slot"]
 
 
-def goal_errors(target_poses: Float64[np.ndarray, "slot 7"], goals: Float64[np.ndarray, "slot 7"]) -> GoalErrors:
+def goal_errors(target_poses: Float[Array, "slot 7"], goals: Float[Array, "slot 7"]) -> GoalErrors[Array]:
     """Distance in 3-D, distance on the table plane, and angle ``2 acos|q . q_goal|``."""
+    xp = namespace(target_poses)
     x, y, z = (target_poses[:, axis] - goals[:, axis] for axis in range(3))
     return GoalErrors(
-        position_m=np.sqrt(x * x + y * y + z * z),
-        planar_m=np.sqrt(x * x + y * y),
+        position_m=xp.sqrt(x * x + y * y + z * z),
+        planar_m=xp.sqrt(x * x + y * y),
         rotation_rad=rotation_error_rad(target_poses[:, 3:], goals[:, 3:]),
     )
 
 
 def is_at_goal(
-    distance_m: Float[np.ndarray, "slot"], rotation_rad: Float[np.ndarray, "slot"], config: TerminationConfig
-) -> Bool[np.ndarray, "slot"]:
+    distance_m: Float[Array, "slot"], rotation_rad: Float[Array, "slot"], config: TerminationConfig
+) -> Bool[Array, "slot"]:
     """Whether distance and angle are within the tolerances, strictly."""
     return (distance_m < config.position_tolerance_m) & (rotation_rad < config.rotation_tolerance_rad)
 
 
-def is_dropped(
-    object_poses: Float64[np.ndarray, "slot object 7"], config: TerminationConfig
-) -> Bool[np.ndarray, "slot"]:
+def is_dropped(object_poses: Float[Array, "slot object 7"], config: TerminationConfig) -> Bool[Array, "slot"]:
     """Whether any object's centre is below the table top by more than ``drop_m``."""
-    return np.any(object_poses[..., 2] < -config.drop_m, axis=-1)
+    return namespace(object_poses).any(object_poses[..., 2] < -config.drop_m, axis=-1)
 
 
 def find_outcome(

@@ -1,15 +1,18 @@
 """The arm's forward kinematics, Jacobian and inverse kinematics, for many configurations at once.
 
 Everything works row by row: a row's result does not depend on how many rows there are. The hand's frame is the Franka
-hand's: z along the fingers, y across them. Poses are hand frame to world frame.
+hand's: z along the fingers, y across them. Poses are hand frame to world frame. Arrays are NumPy's or torch's
+(:mod:`clutter6d.arrays`); inverse kinematics is NumPy's alone.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from clutter6d.geometry import quat_conjugate, quat_from_matrix, quat_multiply
+from clutter6d.arrays import Array, constant, namespace
+from clutter6d.geometry import cross, quat_conjugate, quat_from_matrix, quat_multiply, with_positive_scalar
 from clutter6d.seeding import generator
 from clutter6d.sim import robot_facts as facts
 
@@ -18,14 +21,37 @@ _POLISHED = 0.01
 """Error, in units of the tolerance, below which an attempt improves no further."""
 
 
-class _Frames(NamedTuple):
-    joint_origins: Float[np.ndarray, "n 7 3"]
-    joint_axes: Float[np.ndarray, "n 7 3"]
-    hand_position: Float[np.ndarray, "n 3"]
-    hand_rotation: Float[np.ndarray, "n 3 3"]
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ArmFrames(Generic[Array]):
+    """World frames of an arm: all that forward kinematics has to compute once.
+
+    Attributes:
+        joint_origins: Points on the joints' axes [m].
+        joint_axes: Directions of the joints' axes.
+        hand_position: Origin of the hand's frame [m].
+        hand_rotation: Rotation matrix of the hand's frame.
+    """
+
+    joint_origins: Float[Array, "n 7 3"]
+    joint_axes: Float[Array, "n 7 3"]
+    hand_position: Float[Array, "n 3"]
+    hand_rotation: Float[Array, "n 3 3"]
+
+    @property
+    def pose(self) -> Float[Array, "n 7"]:
+        """Pose of the hand's frame, with non-negative ``qw``."""
+        xp = namespace(self.hand_position)
+        return xp.concat([self.hand_position, quat_from_matrix(self.hand_rotation)], axis=-1)
+
+    @property
+    def jacobian(self) -> Float[Array, "n 6 7"]:
+        """Geometric Jacobian of the hand's frame: linear velocity [m/s] above angular velocity [rad/s], world axes."""
+        xp = namespace(self.hand_position)
+        linear = cross(self.joint_axes, self.hand_position[:, None] - self.joint_origins)
+        return xp.matrix_transpose(xp.concat([linear, self.joint_axes], axis=-1))
 
 
-def hand_pose(qpos: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 7"]:
+def hand_pose(qpos: Float[Array, "n 7"]) -> Float[Array, "n 7"]:
     """Pose of the hand's frame.
 
     Args:
@@ -34,13 +60,35 @@ def hand_pose(qpos: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 7"]:
     Returns:
         Rows ``x y z qw qx qy qz`` with non-negative ``qw``.
     """
-    frames = _frames(qpos)
-    return np.concatenate([frames.hand_position, quat_from_matrix(frames.hand_rotation)], axis=-1)
+    return arm_frames(qpos).pose
 
 
-def hand_jacobian(qpos: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 6 7"]:
+def hand_jacobian(qpos: Float[Array, "n 7"]) -> Float[Array, "n 6 7"]:
     """Geometric Jacobian of the hand's frame: linear velocity [m/s] above angular velocity [rad/s], world axes."""
-    return _jacobian(_frames(qpos))
+    return arm_frames(qpos).jacobian
+
+
+def arm_frames(qpos: Float[Array, "n 7"]) -> ArmFrames[Array]:
+    """World frames of the joints and the hand, built column by column, from joint angles [rad]."""
+    xp = namespace(qpos)
+    ones = xp.ones_like(qpos[:, :1])
+    x, y, z = (ones * constant(axis, qpos) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    position = ones * constant(facts.BASE_POSITION_M, qpos)
+    origins, axes = [], []
+    for i, (offset, twist) in enumerate(zip(facts.JOINT_OFFSETS_M, facts.JOINT_TWISTS, strict=True)):
+        position = position + offset[0] * x + offset[1] * y + offset[2] * z
+        y, z = {0: (y, z), 1: (z, -y), -1: (-z, y)}[twist]
+        origins.append(position)
+        axes.append(z)
+        x, y = _turn(x, y, qpos[:, i : i + 1])
+    position = position + facts.FLANGE_OFFSET_M[2] * z
+    x, y = _turn(x, y, facts.HAND_YAW_RAD * ones)
+    return ArmFrames(
+        joint_origins=xp.stack(origins, axis=1),
+        joint_axes=xp.stack(axes, axis=1),
+        hand_position=position,
+        hand_rotation=xp.stack([x, y, z], axis=-1),
+    )
 
 
 def inverse_kinematics(
@@ -86,39 +134,17 @@ def inverse_kinematics(
     return best, best_error <= 1
 
 
-def _frames(qpos: Float[np.ndarray, "n 7"]) -> _Frames:
-    """World frames of the joints and the hand, built column by column."""
-    ones = np.ones((len(qpos), 1))
-    x, y, z = (ones * np.eye(3)[i] for i in range(3))
-    position = ones * np.array(facts.BASE_POSITION_M)
-    origins, axes = [], []
-    for i, (offset, twist) in enumerate(zip(facts.JOINT_OFFSETS_M, facts.JOINT_TWISTS, strict=True)):
-        position = position + offset[0] * x + offset[1] * y + offset[2] * z
-        y, z = {0: (y, z), 1: (z, -y), -1: (-z, y)}[twist]
-        origins.append(position)
-        axes.append(z)
-        x, y = _turn(x, y, qpos[:, i : i + 1])
-    position = position + facts.FLANGE_OFFSET_M[2] * z
-    x, y = _turn(x, y, np.full((len(qpos), 1), facts.HAND_YAW_RAD))
-    return _Frames(np.stack(origins, axis=1), np.stack(axes, axis=1), position, np.stack([x, y, z], axis=-1))
-
-
 def _turn(
-    x: Float[np.ndarray, "n 3"], y: Float[np.ndarray, "n 3"], angle: Float[np.ndarray, "n 1"]
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    cosine, sine = np.cos(angle), np.sin(angle)
+    x: Float[Array, "n 3"], y: Float[Array, "n 3"], angle: Float[Array, "n 1"]
+) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
+    xp = namespace(angle)
+    cosine, sine = xp.cos(angle), xp.sin(angle)
     return cosine * x + sine * y, cosine * y - sine * x
 
 
-def _jacobian(frames: _Frames) -> Float[np.ndarray, "n 6 7"]:
-    lever = frames.hand_position[:, None] - frames.joint_origins
-    return np.concatenate([np.cross(frames.joint_axes, lever), frames.joint_axes], axis=-1).transpose(0, 2, 1)
-
-
-def _error_twist(frames: _Frames, targets: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 6"]:
+def _error_twist(frames: ArmFrames[np.ndarray], targets: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 6"]:
     """Translation and rotation vector from the hand to its target, world axes."""
-    turn = quat_multiply(targets[:, 3:], quat_conjugate(quat_from_matrix(frames.hand_rotation)))
-    turn = turn * np.where(turn[:, :1] < 0, -1.0, 1.0)
+    turn = with_positive_scalar(quat_multiply(targets[:, 3:], quat_conjugate(quat_from_matrix(frames.hand_rotation))))
     sine = np.sqrt((turn[:, 1:] ** 2).sum(axis=-1, keepdims=True))
     angle = 2 * np.arctan2(sine, turn[:, :1])
     rotation = turn[:, 1:] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0)
@@ -131,18 +157,18 @@ def _descend(
     """One attempt; returns the angles and the error in units of the tolerance."""
     qpos = np.tile(start, (len(targets), 1))
     for _ in range(iterations):
-        frames = _frames(qpos)
+        frames = arm_frames(qpos)
         twist = _error_twist(frames, targets)
         is_open = _scaled_error(twist, tolerance) > _POLISHED
         if not is_open.any():
             break
-        jacobian = _jacobian(frames)
+        jacobian = frames.jacobian
         damping = 0.5 * (twist**2).sum(axis=-1) + 1e-6
         normal = np.einsum("nij,nik->njk", jacobian, jacobian) + damping[:, None, None] * np.eye(7)
         step = np.linalg.solve(normal, np.einsum("nij,ni->nj", jacobian, twist)[..., None])[..., 0]
         step = np.where(is_open[:, None], np.clip(step, -_MAX_STEP_RAD, _MAX_STEP_RAD), 0.0)
         qpos = np.clip(qpos + step, facts.JOINT_LOWER_RAD, facts.JOINT_UPPER_RAD)
-    return qpos, _scaled_error(_error_twist(_frames(qpos), targets), tolerance)
+    return qpos, _scaled_error(_error_twist(arm_frames(qpos), targets), tolerance)
 
 
 def _scaled_error(twist: Float[np.ndarray, "n 6"], tolerance: tuple[float, float]) -> Float[np.ndarray, "n"]:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from clutter6d.envs.point_cloud import SceneClouds, free_body_motion, object_features
+from clutter6d.envs.point_cloud import SceneClouds, free_body_motion, motion_in_world, point_clouds
 from clutter6d.geometry import quat_from_axis_angle, quat_multiply, rotate, transform_points
 from clutter6d.seeding import generator
 from tests.scene_fixtures import make_box_scene
@@ -26,10 +26,9 @@ def random_motion(seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def features(clouds: SceneClouds, poses: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    target = np.full((len(poses), 512, 7), np.nan, dtype=np.float32)
-    environment = target.copy()
-    object_features(clouds, free_body_motion(poses, velocities), target, environment)
-    return target, environment
+    hands = motion_in_world(poses[:, 0], velocities[:, 0, :3], velocities[:, 0, 3:])
+    made = point_clouds(clouds, free_body_motion(poses, velocities), hands)
+    return made.target, made.environment
 
 
 def test_target_points_are_the_canonical_points_at_the_targets_pose(clouds):
