@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,21 @@ HOLD_STEPS = round(1.0 / CONTROL_STEP_S)
 
 Slots = Int[np.ndarray, "slot"]
 EpisodeKey = tuple[str, int]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Round:
+    """One control step of all running episodes, just made; what is in it lives on in the next.
+
+    Attributes:
+        env: The slots.
+        running: The episodes under way, by slot; those with a row have succeeded and are held.
+        finished: Those that ended with this step; their slots still are as they left them.
+    """
+
+    env: ClutterSlots
+    running: Mapping[int, Attempt]
+    finished: tuple[EpisodeRecord, ...]
 
 
 class EpisodeRunner:
@@ -66,19 +82,31 @@ class EpisodeRunner:
         Raises:
             InvalidValueError: The policy gave something else than finite float32 residuals, or failed.
         """
+        for played in self.rounds(keys):
+            yield from played.finished
+
+    def rounds(self, keys: Sequence[EpisodeKey]) -> Iterator[Round]:
+        """Run the same episodes and stop to be looked at: at the start, and after every control step.
+
+        Raises:
+            InvalidValueError: The policy gave something else than finite float32 residuals, or failed.
+        """
         if not keys:
             return
         size = min(self._num_envs, len(keys))
         env = ClutterSlots([self._tasks.choose(*keys[0]).model] * size, self._config, threads=self._threads)
         waiting, running = deque(keys), dict[int, Attempt]()
-        while waiting or running:
-            self._fill(env, waiting, running)
+        self._fill(env, waiting, running)
+        yield Round(env=env, running=running, finished=())
+        while running:
             acting = np.array(sorted(slot for slot, attempt in running.items() if attempt.row is None), dtype=np.int64)
             if len(acting):
                 env.command(acting, self._act(env, acting, running))
             is_unstable = self._advance(env, running)
-            yield from self._finish_holding(env, running, is_unstable)
-            yield from self._finish_acting(env, acting, running, is_unstable[acting])
+            finished = tuple(self._finish_holding(env, running, is_unstable))
+            finished += tuple(self._finish_acting(env, acting, running, is_unstable[acting]))
+            yield Round(env=env, running=running, finished=finished)
+            self._fill(env, waiting, running)
 
     def _fill(self, env: ClutterSlots, waiting: deque[EpisodeKey], running: dict[int, Attempt]) -> None:
         """Start waiting episodes in free slots."""
