@@ -55,6 +55,8 @@ def spread(info: Mapping[str, Any], rows: Slots, size: int) -> Info:
     mask = np.zeros(size, dtype=bool)
     mask[rows] = True
     out: Info = {}
+    if not len(rows):
+        return out
     for name, value in info.items():
         out[name] = spread(value, rows, size) if isinstance(value, Mapping) else _spread_array(value, rows, size)
         out[f"_{name}"] = mask.copy()
@@ -62,27 +64,27 @@ def spread(info: Mapping[str, Any], rows: Slots, size: int) -> Info:
 
 
 def restrict(info: Mapping[str, Any], mask: Bool[np.ndarray, "env"]) -> Info:
-    """Keep the entries of some environments."""
-    out: Info = {}
+    """Keep the entries of some environments; an entry that none of them has is left out."""
+    rows, out = np.flatnonzero(mask), Info()
     for name, value in info.items():
-        if isinstance(value, Mapping):
-            out[name] = restrict(value, mask)
-        elif name.startswith("_"):
-            out[name] = value & mask
-        else:
-            out[name] = spread({name: value[mask]}, np.flatnonzero(mask), len(mask))[name]
+        if name.startswith("_") or not (info[f"_{name}"] & mask).any():
+            continue
+        out[name] = restrict(value, mask) if isinstance(value, Mapping) else _spread_array(value[rows], rows, len(mask))
+        out[f"_{name}"] = info[f"_{name}"] & mask
     return out
 
 
 def overlay(info: Info, other: Mapping[str, Any]) -> Info:
     """Put another's entries over these, where the other's masks tell that it has them; changes and returns ``info``."""
     for name, value in other.items():
-        if name.startswith("_"):
-            info[name] = info[name] | value
+        mask = other.get(f"_{name}")
+        if name not in info:
+            info[name] = value
+        elif mask is None:
+            info[name] |= value
         elif isinstance(value, Mapping):
             overlay(info[name], value)
         else:
-            mask = other[f"_{name}"]
             info[name][mask] = value[mask]
     return info
 

@@ -150,7 +150,8 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
             self._begin(resetting)
         result = self._episodes.step(acting, actions[acting])
         rewards, terminated, truncated = self._outcome_arrays(acting, result)
-        observations, info = self._observe(), self._describe(np.arange(self.num_envs), result, acting)
+        info = self._describe(np.arange(self.num_envs)) | spread(describe_step(result), acting, self.num_envs)
+        observations = self._observe()
         self._is_over = terminated | truncated
         if mode is AutoresetMode.SAME_STEP and self._is_over.any():
             observations, info = self._reset_now(observations, info)
@@ -205,12 +206,9 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
     def _observe(self) -> Observations:
         return cast(Observations, self._episodes.core.observe())
 
-    def _describe(self, slots: Slots, result: StepResult | None = None, acting: Slots | None = None) -> Info:
+    def _describe(self, slots: Slots) -> Info:
         tasks, errors = self._episodes.tasks, self._episodes.core.errors(slots)
-        info = spread(describe_start([tasks[slot] for slot in slots], errors), slots, self.num_envs)
-        if result is not None and acting is not None:
-            info |= spread(describe_step(result), acting, self.num_envs)
-        return info
+        return spread(describe_start([tasks[slot] for slot in slots], errors), slots, self.num_envs)
 
     def _outcome_arrays(self, acting: Slots, result: StepResult) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rewards, terminations and truncations; zero and false for environments that were reset instead."""
