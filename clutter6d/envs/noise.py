@@ -7,11 +7,11 @@ coordinate and velocity of each object's point is off on its own.
 """
 
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final
 
 from clutter6d.errors import InvalidValueError, UnknownNameError
 
-NoiseSource = Literal["mass", "velocity", "goal_pose", "all"]
+NOISY_INPUTS: Final = ("mass", "velocity", "goal_pose")
 SENSITIVITY_LEVELS: Final = (0.005, 0.05, 0.25, 0.5)
 """Shares of the paper's sensitivity study."""
 
@@ -50,7 +50,7 @@ class NoiseConfig:
 
     def __post_init__(self) -> None:
         """Refuse what is no share or no deviation."""
-        for name in ("mass", "velocity", "goal_pose", "coordinates_m", "velocities_m_s"):
+        for name in (*NOISY_INPUTS, "coordinates_m", "velocities_m_s"):
             value = getattr(self, name)
             if not 0 <= value <= _MAX_SHARE:
                 raise InvalidValueError(
@@ -72,18 +72,18 @@ DISTILLATION_NOISE: Final = NoiseConfig(coordinates_m=0.05, velocities_m_s=0.05)
 """What the student of the distillation sees (paper, "Dynamics Distillation": sigma 0.05)."""
 
 
-def sensitivity_noise(source: NoiseSource, share: float) -> NoiseConfig:
+def sensitivity_noise(source: str, share: float) -> NoiseConfig:
     """One cell of the paper's sensitivity study.
 
     Args:
-        source: Which input is wrong; ``all`` for the three at once.
+        source: Which of :data:`NOISY_INPUTS` is wrong; ``all`` for the three at once.
         share: How wrong; the study has :data:`SENSITIVITY_LEVELS`.
 
     Raises:
         UnknownNameError: There is no such source.
         InvalidValueError: The share is out of range.
     """
-    if source not in get_args(NoiseSource):
-        raise UnknownNameError("noise source", source, get_args(NoiseSource))
-    shares = {name: share if source in (name, "all") else 0.0 for name in ("mass", "velocity", "goal_pose")}
+    if source not in ("all", *NOISY_INPUTS):
+        raise UnknownNameError("noise source", source, ("all", *NOISY_INPUTS))
+    shares = {name: share for name in NOISY_INPUTS if source in (name, "all")}
     return NoiseConfig(**shares)

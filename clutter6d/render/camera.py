@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float, Float64
+
+from clutter6d.geometry import Pose, quat_from_matrix
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -33,6 +35,35 @@ class Camera:
     def position(self) -> Float64[np.ndarray, "3"]:
         """Position of the camera, world frame [m]."""
         return np.array(self.look_at_m) - self.distance_m * self.forward()
+
+    def rotation_camera_to_world(self) -> Float64[np.ndarray, "3 3"]:
+        """The camera's axes as columns, as OpenCV has them: x right, y down, z along the view."""
+        forward = self.forward()
+        right = np.array([forward[1], -forward[0], 0.0]) / np.hypot(forward[0], forward[1])
+        return np.stack([right, np.cross(forward, right), forward], axis=1)
+
+    def pose_camera_to_world(self) -> Pose:
+        """Pose of the camera's frame, whose axes are OpenCV's: x right, y down, z along the view."""
+        quat = quat_from_matrix(self.rotation_camera_to_world())
+        return Pose.from_row(np.concatenate([self.position(), quat]))
+
+    def intrinsics(self, width: int, height: int) -> Float64[np.ndarray, "3 3"]:
+        """The camera matrix of pictures of a size [px]; a pixel's centre has whole numbers, the first one's (0, 0)."""
+        focal = height / 2 / np.tan(np.deg2rad(self.vertical_fov_deg) / 2)
+        return np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
+
+    def back_project(self, depth_m: Float[np.ndarray, "height width"]) -> Float64[np.ndarray, "height width 3"]:
+        """What each pixel of a depth picture sees, world frame [m]; meaningless where the depth is 0.
+
+        Args:
+            depth_m: Depth along the optical axis [m].
+        """
+        height, width = depth_m.shape
+        matrix = self.intrinsics(width, height)
+        row, column = np.indices(depth_m.shape)
+        rays = np.stack([(column - matrix[0, 2]) / matrix[0, 0], (row - matrix[1, 2]) / matrix[1, 1]], axis=-1)
+        local = np.concatenate([rays, np.ones((height, width, 1))], axis=-1) * depth_m[..., None]
+        return local @ self.rotation_camera_to_world().T + self.position()
 
 
 SCENE_VIEW = Camera(look_at_m=(-0.14, 0.0, 0.16), distance_m=2.35, azimuth_deg=142.0, elevation_deg=-27.0)

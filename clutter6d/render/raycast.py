@@ -64,6 +64,22 @@ class RaycastRenderer:
         colour[is_edge] = np.mean(samples, axis=0)
         return np.rint(255 * np.clip(colour, 0, 1)).astype(np.uint8).reshape(*shape, 3)
 
+    def measure(
+        self, qpos: Float64[np.ndarray, "nq"], camera: Camera
+    ) -> tuple[Float64[np.ndarray, "height width"], Int32[np.ndarray, "height width"]]:
+        """What is seen through the centres of the pixels; ghosts are not.
+
+        Returns:
+            Depth along the optical axis [m], 0 where nothing is hit; geom, -1 where there is none.
+        """
+        self._qpos[:] = qpos
+        shape = (self._height, self._width)
+        down, right = np.indices(shape).reshape(2, -1) - (np.array([shape]).T - 1) / 2
+        directions = _directions(camera, right, down, self._height)
+        hits = self._cast(np.broadcast_to(camera.position(), directions.shape), directions, self._solid, normal=False)
+        depth = np.where(hits.geom >= 0, hits.distance * (directions @ camera.forward()), 0.0)
+        return depth.reshape(shape), hits.geom.reshape(shape)
+
     def close(self) -> None:
         """Nothing is held; here for likeness with the OpenGL renderer."""
 

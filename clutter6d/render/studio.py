@@ -15,6 +15,8 @@ FLOOR_Z_M = -0.62
 _TABLE_THICKNESS_M, _LEG_M = 0.05, 0.03
 _METAL, _FLOOR = (0.36, 0.38, 0.41, 1.0), (0.80, 0.81, 0.82, 1.0)
 
+TABLE_LEGS = tuple(f"table_leg{index}" for index in range(4))
+
 GHOST_GROUP = 1
 """Group of geoms that only show where something shall be; drawn translucent."""
 
@@ -39,10 +41,10 @@ def add_studio(spec: mujoco.MjSpec) -> None:
     _add_floor(spec)
     half_x, half_y = TABLE_SIZE_M[0] / 2 - 0.06, TABLE_SIZE_M[1] / 2 - 0.06
     half_height = -(FLOOR_Z_M + _TABLE_THICKNESS_M) / 2
-    for x in (-half_x, half_x):
-        for y in (-half_y, half_y):
-            _box(spec, (x, y, FLOOR_Z_M + half_height), (_LEG_M, _LEG_M, half_height))
-    _box(spec, (BASE_POSITION_M[0] - 0.03, 0.0, FLOOR_Z_M / 2), (0.068, 0.09, -FLOOR_Z_M / 2 - 0.001))
+    corners = ((x, y) for x in (-half_x, half_x) for y in (-half_y, half_y))
+    for name, (x, y) in zip(TABLE_LEGS, corners, strict=True):
+        _box(spec, name, (x, y, FLOOR_Z_M + half_height), (_LEG_M, _LEG_M, half_height))
+    _box(spec, "pedestal", (BASE_POSITION_M[0] - 0.03, 0.0, FLOOR_Z_M / 2), (0.068, 0.09, -FLOOR_Z_M / 2 - 0.001))
 
 
 def add_sky_and_light(spec: mujoco.MjSpec) -> None:
@@ -97,8 +99,9 @@ def _add_floor(spec: mujoco.MjSpec) -> None:
     )
 
 
-def _box(spec: mujoco.MjSpec, centre: tuple[float, float, float], half: tuple[float, float, float]) -> None:
+def _box(spec: mujoco.MjSpec, name: str, centre: tuple[float, float, float], half: tuple[float, float, float]) -> None:
     spec.worldbody.add_geom(
+        name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=centre,
         size=half,
