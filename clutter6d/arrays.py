@@ -21,11 +21,11 @@ def namespace(array: Any) -> Any:
     return array_namespace(array)
 
 
-def constant(values: tuple[float, ...], like: Array) -> Array:
-    """A vector of an array's library, floating type and device; made once, not to be written to."""
+def constant(values: tuple[float, ...] | tuple[tuple[float, ...], ...], like: Array) -> Array:
+    """Numbers as an array of another's library, floating type and device; made once, not to be written to."""
     return _constant(values, array_namespace(like), like.dtype, device(like))
 
 
 @cache
-def _constant(values: tuple[float, ...], xp: ModuleType, dtype: Any, place: Any) -> Any:
+def _constant(values: tuple[float, ...] | tuple[tuple[float, ...], ...], xp: ModuleType, dtype: Any, place: Any) -> Any:
     return xp.asarray(values, dtype=dtype, device=place)

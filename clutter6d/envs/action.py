@@ -45,7 +45,11 @@ class ActionConfig:
 
 
 def joint_targets(
-    actions: Float[Array, "slot 7"], arm_qpos: Float[Array, "slot 7"], config: ActionConfig
+    actions: Float[Array, "slot 7"],
+    arm_qpos: Float[Array, "slot 7"],
+    config: ActionConfig,
+    *,
+    jacobian: Float[Array, "slot 6 7"] | None = None,
 ) -> Float[Array, "slot 7"]:
     """Joint angles to drive to: current angles plus the clipped residuals, within the joint limits [rad].
 
@@ -53,10 +57,12 @@ def joint_targets(
         actions: Joint residuals [rad], as the policy gave them.
         arm_qpos: Current joint angles [rad].
         config: Scale and bounds.
+        jacobian: The hand's at ``arm_qpos``, if it is known already.
     """
     xp, scale = namespace(arm_qpos), config.action_scale_rad
     residuals = xp.minimum(xp.maximum(xp.astype(actions, arm_qpos.dtype), -scale), scale)
-    residuals = clip_hand_step(residuals, hand_jacobian(arm_qpos)[:, :3], config)
+    known = hand_jacobian(arm_qpos) if jacobian is None else jacobian
+    residuals = clip_hand_step(residuals, known[:, :3], config)
     return within_joint_limits(arm_qpos + residuals)
 
 

@@ -24,7 +24,7 @@ from clutter6d.envs.point_cloud import (
 from clutter6d.geometry import Pose, relative_pose, rotation_6d
 from clutter6d.physics import TABLE_FRICTION
 from clutter6d.sim.end_effector import END_EFFECTOR_POINTS
-from clutter6d.sim.kinematics import ArmFrames, arm_frames
+from clutter6d.sim.kinematics import HandKinematics, hand_kinematics
 from clutter6d.sim.robot import FINGER_FRICTION
 from clutter6d.sim.scene_model import SceneModel
 
@@ -143,7 +143,7 @@ def make_observation(
     task: TaskArrays[Array],
     previous_action: Float32[Array, "slot 7"],
     *,
-    frames: ArmFrames[Array] | None = None,
+    hand: HandKinematics[Array] | None = None,
     make_clouds: CloudMaker[Array] = point_clouds,
 ) -> Observation[Array]:
     """The observation of slots; a slot's rows do not depend on the others.
@@ -152,20 +152,19 @@ def make_observation(
         state: Where everything is.
         task: Scenes and goals of the same slots.
         previous_action: The residuals asked for one step ago [rad].
-        frames: The arms' frames at ``state``, if they are known already.
+        hand: The hands' kinematics at ``state``, if they are known already.
         make_clouds: Another implementation of :func:`clutter6d.envs.point_cloud.point_clouds`.
     """
     xp = namespace(state.arm_qpos)
-    frames = frames or arm_frames(state.arm_qpos)
-    hand = frames.pose
-    twist = joint_to_hand_velocity(frames.jacobian, state.arm_qvel)
+    hand = hand or hand_kinematics(state.arm_qpos)
+    twist = joint_to_hand_velocity(hand.jacobian, state.arm_qvel)
     objects = free_body_motion(state.object_poses, state.object_velocities)
-    clouds = make_clouds(task.clouds, objects, motion_in_world(hand, twist[:, :3], twist[:, 3:]))
+    clouds = make_clouds(task.clouds, objects, motion_in_world(hand.pose, twist[:, :3], twist[:, 3:]))
     return Observation(
         object_points=clouds.target,
         environment_points=clouds.environment,
         end_effector_points=clouds.hand,
-        hand_state=_position_and_rotation(hand),
+        hand_state=_position_and_rotation(hand.pose),
         joint_state=xp.astype(xp.concat([state.arm_qpos, state.arm_qvel], axis=1), xp.float32),
         relative_goal=_position_and_rotation(relative_pose(state.object_poses[:, 0], task.goals)),
         physics_parameters=xp.asarray(task.physics, copy=True),

@@ -9,8 +9,12 @@ from typing import Generic
 
 from jaxtyping import Float
 
-from clutter6d.arrays import Array, namespace
-from clutter6d.geometry import rotation_error_rad
+from clutter6d.arrays import Array, constant, namespace
+from clutter6d.geometry import rotation_error_rad, transform_points
+from clutter6d.sim.end_effector import FINGERS
+from clutter6d.sim.robot_facts import TIP_OFFSET_M
+
+_FINGER_TIPS_M = tuple((0.0, float(finger.centre_m[1]), TIP_OFFSET_M) for finger in FINGERS)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,6 +66,11 @@ class RewardTerms(Generic[Array]):
     def total(self) -> Float[Array, "slot"]:
         """The reward."""
         return self.proximity + self.coarse + self.fine + self.success
+
+
+def finger_tips(hand_poses: Float[Array, "slot 7"]) -> Float[Array, "slot 2 3"]:
+    """Positions of the left and the right finger tip in the world [m]."""
+    return transform_points(hand_poses, constant(_FINGER_TIPS_M, hand_poses))
 
 
 def compute_reward(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from clutter6d.arrays import Array, constant, namespace
 from clutter6d.geometry import cross, quat_conjugate, quat_from_matrix, quat_multiply, with_positive_scalar
@@ -22,33 +22,34 @@ _POLISHED = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class ArmFrames(Generic[Array]):
-    """World frames of an arm: all that forward kinematics has to compute once.
+class HandKinematics(Generic[Array]):
+    """Where the hand is and how it moves with the joints; to be computed once for a state.
 
     Attributes:
-        joint_origins: Points on the joints' axes [m].
-        joint_axes: Directions of the joints' axes.
-        hand_position: Origin of the hand's frame [m].
-        hand_rotation: Rotation matrix of the hand's frame.
+        pose: Pose of the hand's frame, with non-negative ``qw``.
+        jacobian: Linear velocity [m/s] above angular velocity [rad/s] for each joint's velocity, world axes.
     """
 
+    pose: Float[Array, "n 7"]
+    jacobian: Float[Array, "n 6 7"]
+
+    def __getitem__(self, rows: slice | Int[np.ndarray, "row"]) -> "HandKinematics[Array]":
+        """The hands of some rows."""
+        return HandKinematics(pose=self.pose[rows], jacobian=self.jacobian[rows])
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class _Frames(Generic[Array]):
     joint_origins: Float[Array, "n 7 3"]
     joint_axes: Float[Array, "n 7 3"]
     hand_position: Float[Array, "n 3"]
     hand_rotation: Float[Array, "n 3 3"]
 
-    @property
-    def pose(self) -> Float[Array, "n 7"]:
-        """Pose of the hand's frame, with non-negative ``qw``."""
-        xp = namespace(self.hand_position)
-        return xp.concat([self.hand_position, quat_from_matrix(self.hand_rotation)], axis=-1)
 
-    @property
-    def jacobian(self) -> Float[Array, "n 6 7"]:
-        """Geometric Jacobian of the hand's frame: linear velocity [m/s] above angular velocity [rad/s], world axes."""
-        xp = namespace(self.hand_position)
-        linear = cross(self.joint_axes, self.hand_position[:, None] - self.joint_origins)
-        return xp.matrix_transpose(xp.concat([linear, self.joint_axes], axis=-1))
+def hand_kinematics(qpos: Float[Array, "n 7"]) -> HandKinematics[Array]:
+    """Pose and Jacobian of the hand's frame from joint angles [rad]."""
+    frames = _frames(qpos)
+    return HandKinematics(pose=_pose(frames), jacobian=_jacobian(frames))
 
 
 def hand_pose(qpos: Float[Array, "n 7"]) -> Float[Array, "n 7"]:
@@ -60,35 +61,12 @@ def hand_pose(qpos: Float[Array, "n 7"]) -> Float[Array, "n 7"]:
     Returns:
         Rows ``x y z qw qx qy qz`` with non-negative ``qw``.
     """
-    return arm_frames(qpos).pose
+    return _pose(_frames(qpos))
 
 
 def hand_jacobian(qpos: Float[Array, "n 7"]) -> Float[Array, "n 6 7"]:
     """Geometric Jacobian of the hand's frame: linear velocity [m/s] above angular velocity [rad/s], world axes."""
-    return arm_frames(qpos).jacobian
-
-
-def arm_frames(qpos: Float[Array, "n 7"]) -> ArmFrames[Array]:
-    """World frames of the joints and the hand, built column by column, from joint angles [rad]."""
-    xp = namespace(qpos)
-    ones = xp.ones_like(qpos[:, :1])
-    x, y, z = (ones * constant(axis, qpos) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-    position = ones * constant(facts.BASE_POSITION_M, qpos)
-    origins, axes = [], []
-    for i, (offset, twist) in enumerate(zip(facts.JOINT_OFFSETS_M, facts.JOINT_TWISTS, strict=True)):
-        position = position + offset[0] * x + offset[1] * y + offset[2] * z
-        y, z = {0: (y, z), 1: (z, -y), -1: (-z, y)}[twist]
-        origins.append(position)
-        axes.append(z)
-        x, y = _turn(x, y, qpos[:, i : i + 1])
-    position = position + facts.FLANGE_OFFSET_M[2] * z
-    x, y = _turn(x, y, facts.HAND_YAW_RAD * ones)
-    return ArmFrames(
-        joint_origins=xp.stack(origins, axis=1),
-        joint_axes=xp.stack(axes, axis=1),
-        hand_position=position,
-        hand_rotation=xp.stack([x, y, z], axis=-1),
-    )
+    return _jacobian(_frames(qpos))
 
 
 def inverse_kinematics(
@@ -134,6 +112,29 @@ def inverse_kinematics(
     return best, best_error <= 1
 
 
+def _frames(qpos: Float[Array, "n 7"]) -> _Frames[Array]:
+    """World frames of the joints and the hand, built column by column, from joint angles [rad]."""
+    xp = namespace(qpos)
+    ones = xp.ones_like(qpos[:, :1])
+    x, y, z = (ones * constant(axis, qpos) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    position = ones * constant(facts.BASE_POSITION_M, qpos)
+    origins, axes = [], []
+    for i, (offset, twist) in enumerate(zip(facts.JOINT_OFFSETS_M, facts.JOINT_TWISTS, strict=True)):
+        position = position + offset[0] * x + offset[1] * y + offset[2] * z
+        y, z = {0: (y, z), 1: (z, -y), -1: (-z, y)}[twist]
+        origins.append(position)
+        axes.append(z)
+        x, y = _turn(x, y, qpos[:, i : i + 1])
+    position = position + facts.FLANGE_OFFSET_M[2] * z
+    x, y = _turn(x, y, facts.HAND_YAW_RAD * ones)
+    return _Frames(
+        joint_origins=xp.stack(origins, axis=1),
+        joint_axes=xp.stack(axes, axis=1),
+        hand_position=position,
+        hand_rotation=xp.stack([x, y, z], axis=-1),
+    )
+
+
 def _turn(
     x: Float[Array, "n 3"], y: Float[Array, "n 3"], angle: Float[Array, "n 1"]
 ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
@@ -142,7 +143,18 @@ def _turn(
     return cosine * x + sine * y, cosine * y - sine * x
 
 
-def _error_twist(frames: ArmFrames[np.ndarray], targets: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 6"]:
+def _pose(frames: _Frames[Array]) -> Float[Array, "n 7"]:
+    xp = namespace(frames.hand_position)
+    return xp.concat([frames.hand_position, quat_from_matrix(frames.hand_rotation)], axis=-1)
+
+
+def _jacobian(frames: _Frames[Array]) -> Float[Array, "n 6 7"]:
+    xp = namespace(frames.hand_position)
+    linear = cross(frames.joint_axes, frames.hand_position[:, None] - frames.joint_origins)
+    return xp.matrix_transpose(xp.concat([linear, frames.joint_axes], axis=-1))
+
+
+def _error_twist(frames: _Frames[np.ndarray], targets: Float[np.ndarray, "n 7"]) -> Float[np.ndarray, "n 6"]:
     """Translation and rotation vector from the hand to its target, world axes."""
     turn = with_positive_scalar(quat_multiply(targets[:, 3:], quat_conjugate(quat_from_matrix(frames.hand_rotation))))
     sine = np.sqrt((turn[:, 1:] ** 2).sum(axis=-1, keepdims=True))
@@ -157,18 +169,18 @@ def _descend(
     """One attempt; returns the angles and the error in units of the tolerance."""
     qpos = np.tile(start, (len(targets), 1))
     for _ in range(iterations):
-        frames = arm_frames(qpos)
+        frames = _frames(qpos)
         twist = _error_twist(frames, targets)
         is_open = _scaled_error(twist, tolerance) > _POLISHED
         if not is_open.any():
             break
-        jacobian = frames.jacobian
+        jacobian = _jacobian(frames)
         damping = 0.5 * (twist**2).sum(axis=-1) + 1e-6
         normal = np.einsum("nij,nik->njk", jacobian, jacobian) + damping[:, None, None] * np.eye(7)
         step = np.linalg.solve(normal, np.einsum("nij,ni->nj", jacobian, twist)[..., None])[..., 0]
         step = np.where(is_open[:, None], np.clip(step, -_MAX_STEP_RAD, _MAX_STEP_RAD), 0.0)
         qpos = np.clip(qpos + step, facts.JOINT_LOWER_RAD, facts.JOINT_UPPER_RAD)
-    return qpos, _scaled_error(_error_twist(arm_frames(qpos), targets), tolerance)
+    return qpos, _scaled_error(_error_twist(_frames(qpos), targets), tolerance)
 
 
 def _scaled_error(twist: Float[np.ndarray, "n 6"], tolerance: tuple[float, float]) -> Float[np.ndarray, "n"]:
