@@ -8,13 +8,16 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from queue import Empty, SimpleQueue
+from typing import Protocol, TypeVar
 
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
 from clutter6d.assets.asset import Asset
 from clutter6d.scene import Scene
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -42,6 +45,11 @@ class LiveView(Protocol):
     @property
     def is_open(self) -> bool:
         """Whether the window is still there; a page can be left and opened again, so its view stays open."""
+        ...
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether anyone looks at it."""
         ...
 
     def offer(self, actions: Sequence[Action]) -> None:
@@ -77,6 +85,16 @@ class LiveView(Protocol):
     def close(self) -> None:
         """Close the window; more than once is no error."""
         ...
+
+
+def drain(queue: SimpleQueue[Item]) -> tuple[Item, ...]:
+    """Everything that is in a queue, which another thread fills."""
+    items: list[Item] = []
+    while True:
+        try:
+            items.append(queue.get_nowait())
+        except Empty:
+            return tuple(items)
 
 
 def has_display() -> bool:

@@ -3,7 +3,7 @@
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 
 import mujoco
@@ -12,7 +12,7 @@ from jaxtyping import Float32, Float64, UInt8
 
 from clutter6d.assets.asset import Asset
 from clutter6d.errors import MissingDependencyError
-from clutter6d.play.live_view import Action, has_display
+from clutter6d.play.live_view import Action, drain, has_display
 from clutter6d.render.camera import EPISODE_VIEW
 from clutter6d.render.scene_picture import picture_model
 from clutter6d.render.studio import SHOWN_GROUPS
@@ -46,6 +46,11 @@ class NativeView:
         """Whether the person has not closed the window."""
         return self._window is None or self._window.is_running()
 
+    @property
+    def is_watched(self) -> bool:
+        """Whether the window is there."""
+        return self.is_open
+
     def offer(self, actions: Sequence[Action]) -> None:
         """A key for each action, listed in the window."""
         self._names = {_GLFW_KEYS.get(action.key, ord(action.key[0])): action.name for action in actions}
@@ -53,14 +58,7 @@ class NativeView:
 
     def triggered(self) -> tuple[str, ...]:
         """Names of the actions asked for since the last call."""
-        names: list[str] = []
-        while True:
-            try:
-                key = self._keys.get_nowait()
-            except Empty:
-                return tuple(names)
-            if key in self._names:
-                names.append(self._names[key])
+        return tuple(self._names[key] for key in drain(self._keys) if key in self._names)
 
     def show(self, scene: Scene, assets: Mapping[str, Asset], pair: int = 0) -> None:
         """Show a goal pair of a scene at its start, in a new window."""

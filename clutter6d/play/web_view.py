@@ -2,7 +2,7 @@
 
 import html
 from collections.abc import Mapping, Sequence
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
 from clutter6d.assets.asset import Asset
-from clutter6d.play.live_view import Action
+from clutter6d.play.live_view import Action, drain
 from clutter6d.play.shapes import Shape, visible_shapes
 from clutter6d.play.web_server import close_server, open_server
 from clutter6d.render.camera import EPISODE_VIEW, ROBOT_VIEW, SCENE_VIEW, TABLE_VIEW, Camera
@@ -58,24 +58,28 @@ class WebView:
         host = f"[{self._host}]" if ":" in self._host else self._host
         return f"http://{host}:{self.server.get_port()}"
 
+    @property
+    def is_watched(self) -> bool:
+        """Whether the page is open anywhere."""
+        return bool(self.server.get_clients())
+
     def offer(self, actions: Sequence[Action]) -> None:
         """A button and a key for each action."""
+        names = {action.label: action.name for action in actions if action.has_button}
+        hint = ", ".join(f"{action.label}: {action.key}" for action in actions)
+        buttons = self.server.gui.add_button_group("", list(names), hint=hint)
+        buttons.on_click(lambda event: self._trigger(names.get(event.target.value)))
         for action in actions:
-            hint = f"key: {action.key}"
-            if action.has_button:
-                button = self.server.gui.add_button(action.label, hint=hint)
-                button.on_click(lambda _, name=action.name: self._triggered.put(name))
             command = self.server.gui.add_command(action.label, hotkey=action.key)  # pyright: ignore
-            command.on_trigger(lambda _, name=action.name: self._triggered.put(name))
+            command.on_trigger(lambda _, name=action.name: self._trigger(name))
+
+    def _trigger(self, name: str | None) -> None:
+        if name:
+            self._triggered.put(name)
 
     def triggered(self) -> tuple[str, ...]:
         """Names of the actions asked for since the last call."""
-        names: list[str] = []
-        while True:
-            try:
-                names.append(self._triggered.get_nowait())
-            except Empty:
-                return tuple(names)
+        return drain(self._triggered)
 
     def show(self, scene: Scene, assets: Mapping[str, Asset], pair: int = 0) -> None:
         """Show a goal pair of a scene at its start, instead of what was shown."""
