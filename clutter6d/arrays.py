@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 
 from array_api_compat import array_namespace, device
 
+_Numbers = tuple[float, ...] | tuple[tuple[float, ...], ...]
+
 __all__ = ["Array", "constant", "namespace"]
 
 Array = TypeVar("Array", bound=Any)
@@ -21,11 +23,11 @@ def namespace(array: Any) -> Any:
     return array_namespace(array)
 
 
-def constant(values: tuple[float, ...] | tuple[tuple[float, ...], ...], like: Array) -> Array:
+def constant(values: _Numbers, like: Array) -> Array:
     """Numbers as an array of another's library, floating type and device; made once, not to be written to."""
     return _constant(values, array_namespace(like), like.dtype, device(like))
 
 
 @cache
-def _constant(values: tuple[float, ...] | tuple[tuple[float, ...], ...], xp: ModuleType, dtype: Any, place: Any) -> Any:
+def _constant(values: _Numbers, xp: ModuleType, dtype: Any, place: Any) -> Any:
     return xp.asarray(values, dtype=dtype, device=place)
