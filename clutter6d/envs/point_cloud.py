@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 
 from clutter6d.arrays import Array, namespace
+from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import cross, quat_to_matrix, rotate
 from clutter6d.sim.end_effector import END_EFFECTOR_POINTS, end_effector_points
 from clutter6d.sim.robot_facts import FINGER, HAND
@@ -94,7 +95,13 @@ class SceneClouds(Generic[Array]):
 
     @classmethod
     def allocate(cls, slots: int, objects: int) -> "SceneClouds[np.ndarray]":
-        """Clouds of slots without a scene yet."""
+        """Clouds of slots without a scene yet.
+
+        Raises:
+            InvalidValueError: There is no obstacle to take the environment's points from.
+        """
+        if objects < 2:
+            raise InvalidValueError(f"an observation needs a target and at least one obstacle; got {objects} objects")
         return SceneClouds(
             points=np.zeros((slots, objects, 3, 512), dtype=np.float32),
             point_mass=np.zeros((slots, objects), dtype=np.float32),

@@ -6,7 +6,7 @@ ordered as their bits are, so 32 counts find the bits of the 512th distance one 
 """
 
 from collections.abc import Callable
-from typing import no_type_check
+from typing import Any, no_type_check
 
 import numba
 import numpy as np
@@ -22,7 +22,6 @@ from clutter6d.envs.point_cloud import (
 
 EachPart = Callable[[int, Callable[[slice], None]], None]
 """Calls a function with slices that together are so many rows."""
-_HAND_POINT_MASS_KG = np.float32(HAND_POINT_MASS_KG)
 
 
 def _at_once(rows: int, fill: Callable[[slice], None]) -> None:
@@ -46,9 +45,10 @@ def compiled_point_clouds(
     slots, points, hand_points = len(clouds.points), clouds.points.shape[-1], clouds.hand_points.shape[-1]
     sizes = points, ENVIRONMENT_POINTS, hand_points
     out = [np.empty((slots, size, POINT_FEATURES), dtype=np.float32) for size in sizes]
-    sources = clouds.points, clouds.point_mass, clouds.target_centroid, clouds.hand_points
-    fields = *_field(objects), *_field(hand)
-    each_part(slots, lambda part: _fill_slots(part.start, part.stop, *sources, *fields, *out))
+    sources = clouds.points, clouds.point_mass, clouds.target_centroid
+    hand_sources = clouds.hand_points, np.float32(HAND_POINT_MASS_KG)
+    known = *sources, *_field(objects), *hand_sources, *_field(hand), *out
+    each_part(slots, lambda part: _fill_slots(part.start, part.stop, *known))
     return PointClouds(target=out[0], environment=out[1], hand=out[2])
 
 
@@ -57,7 +57,15 @@ def _field(motion: RigidMotion[np.ndarray]) -> list[np.ndarray]:
     return [np.ascontiguousarray(part) for part in parts]
 
 
-_compiled = numba.njit(nogil=True, cache=True, error_model="numpy")
+def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile at the first call; the code is kept for other processes, beside this file or in the user's cache.
+
+    All that the code depends on must be in this file: numba does not see when a constant of another one changes.
+    """
+    try:
+        return numba.njit(nogil=True, cache=True)(function)
+    except RuntimeError:  # neither place can be written to: every process compiles for itself
+        return numba.njit(nogil=True)(function)
 
 
 @_compiled
@@ -68,11 +76,12 @@ def _fill_slots(
     points: np.ndarray,
     point_mass: np.ndarray,
     target_centroid: np.ndarray,
-    hand_points: np.ndarray,
     rotation: np.ndarray,
     position: np.ndarray,
     rest: np.ndarray,
     spin: np.ndarray,
+    hand_points: np.ndarray,
+    hand_mass: np.float32,
     hand_rotation: np.ndarray,
     hand_position: np.ndarray,
     hand_rest: np.ndarray,
@@ -96,10 +105,11 @@ def _fill_slots(
         for point in range(size):
             _write(out_target[slot, point], world[0], point, point_mass[slot, 0], rest[slot, 0], spin[slot, 0])
         for point in range(hand_points.shape[1]):
-            _write(out_hand[slot, point], hand_world, point, _HAND_POINT_MASS_KG, hand_rest[slot], hand_spin[slot])
+            _write(out_hand[slot, point], hand_world, point, hand_mass, hand_rest[slot], hand_spin[slot])
         bits = squared.view(np.uint32)
-        limit = _bits_of_nearest(bits, ENVIRONMENT_POINTS)
-        equal = ENVIRONMENT_POINTS - _count_below(bits, limit)
+        nearest = out_environment.shape[1]
+        limit = _bits_of_nearest(bits, nearest)
+        equal = nearest - _count_below(bits, limit)
         row = 0
         for index in range(len(bits)):
             if bits[index] > limit or (bits[index] == limit and equal == 0):
