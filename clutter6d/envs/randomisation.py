@@ -8,6 +8,8 @@ from jaxtyping import Float64
 
 from clutter6d.errors import InvalidValueError
 from clutter6d.physics import PHYSICS_STEP_S, PHYSICS_STEPS_PER_CONTROL_STEP
+from clutter6d.sim.model_variation import vary_model
+from clutter6d.sim.scene_model import SceneModel
 
 Range = tuple[float, float]
 _LIMITS: Final[dict[str, Range]] = {
@@ -107,6 +109,16 @@ def draw_physics(config: RandomisationConfig, rng: np.random.Generator, objects:
         friction_scale=_between(config.friction_scale, share[1]),
         table_height_m=float(config.table_height_m[0] + height * np.ptp(config.table_height_m)),
         latency_steps=low + int(latency * (high - low + 1)),
+    )
+
+
+def vary_physics(scene: SceneModel, physics: PhysicsDraw) -> SceneModel:
+    """The scene with an episode's masses, frictions and table height."""
+    return vary_model(
+        scene,
+        mass_scale=physics.mass_scale,
+        friction_scale=physics.friction_scale,
+        table_height_m=physics.table_height_m,
     )
 
 

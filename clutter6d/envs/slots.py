@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import pairwise
 
 import mujoco.batch
@@ -17,18 +18,19 @@ from clutter6d.envs.observation import (
     TaskArrays,
     make_observation,
 )
-from clutter6d.envs.reward import RewardTerms, compute_reward
-from clutter6d.envs.termination import GoalErrors, goal_errors
-from clutter6d.geometry import transform_points
+from clutter6d.envs.observation_noise import ObservationNoise
+from clutter6d.envs.point_kernel import compiled_point_clouds
+from clutter6d.envs.randomisation import PhysicsDraw, vary_physics
+from clutter6d.envs.reward import RewardTerms, compute_reward, finger_tips
+from clutter6d.envs.termination import GoalErrors, goal_errors, is_dropped
 from clutter6d.scene import GoalPair
 from clutter6d.sim.batch import SceneBatch
-from clutter6d.sim.end_effector import FINGERS
-from clutter6d.sim.robot import JOINT_LOWER_RAD, JOINT_UPPER_RAD, hand_pose
-from clutter6d.sim.robot_facts import TIP_OFFSET_M
+from clutter6d.sim.kinematics import HandKinematics, hand_kinematics
+from clutter6d.sim.model_variation import raise_poses
+from clutter6d.sim.robot import JOINT_LOWER_RAD, JOINT_UPPER_RAD
 from clutter6d.sim.scene_model import SceneModel
 
 Slots = Int[np.ndarray, "slot"]
-_FINGER_TIPS = np.array([[0.0, finger.centre_m[1], TIP_OFFSET_M] for finger in FINGERS])
 _MIN_SLOTS_PER_THREAD = 8
 
 
@@ -44,6 +46,8 @@ class ClutterSlots:
         batch: The simulation.
         start_poses: Poses of all objects at each slot's start.
         previous_actions: Residuals asked for in the last step [rad].
+        steps: Control steps made since the start.
+        table_heights_m: Height of each slot's table top.
     """
 
     def __init__(self, scenes: Sequence[SceneModel], config: EnvConfig | None = None, *, threads: int = 0) -> None:
@@ -52,6 +56,15 @@ class ClutterSlots:
         self._task = TaskArrays.allocate(len(scenes), scenes[0].object_count)
         self.start_poses = self.batch.object_poses.copy()
         self.previous_actions = np.zeros((len(scenes), ACTION_SIZE), dtype=np.float32)
+        self._hands_qpos = self.batch.arm_qpos.copy()
+        self._last_hands = hand_kinematics(self._hands_qpos)
+        self.steps = np.zeros(len(scenes), dtype=np.int64)
+        self.table_heights_m = np.zeros(len(scenes))
+        self._latency_steps = np.zeros(len(scenes), dtype=np.int64)
+        self._targets_before = self.batch.joint_targets.copy()
+        noise = self.config.noise
+        is_noisy = noise.disturbs_inputs or noise.disturbs_points
+        self._noise = ObservationNoise(noise, len(scenes), scenes[0].object_count) if is_noisy else None
         self._threads = threads or len(os.sched_getaffinity(0))
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
 
@@ -65,18 +78,46 @@ class ClutterSlots:
         """Goal poses of all slots."""
         return self._task.goals
 
-    def load(self, slots: Slots, scenes: Sequence[SceneModel], pairs: Sequence[GoalPair]) -> None:
-        """Give slots scenes and tasks, and set them to the start."""
+    def load(
+        self,
+        slots: Slots,
+        scenes: Sequence[SceneModel],
+        pairs: Sequence[GoalPair],
+        *,
+        physics: Sequence[PhysicsDraw] | None = None,
+        noise_rngs: Sequence[np.random.Generator] | None = None,
+    ) -> None:
+        """Give slots scenes and tasks, and set them to the start.
+
+        Args:
+            slots: Which.
+            scenes: Their scenes.
+            pairs: Their tasks.
+            physics: How the physics of each differ from the scene's; ``None``: not at all.
+            noise_rngs: Where the errors of each slot's observation come from; needed if it has any.
+        """
+        heights = np.zeros(len(slots))
+        if physics is not None:
+            scenes = [vary_physics(scene, draw) for scene, draw in zip(scenes, physics, strict=True)]
+            heights = np.array([draw.table_height_m for draw in physics])
+            self._latency_steps[slots] = [draw.latency_steps for draw in physics]
+        self.table_heights_m[slots] = heights
         self.batch.load(slots, scenes)
-        for slot, scene, pair in zip(slots, scenes, pairs, strict=True):
+        for slot, scene, pair, height in zip(slots, scenes, pairs, heights, strict=True):
             self._task.load(int(slot), scene, pair.goal)
-            self.start_poses[slot] = pair.object_poses
+            self.start_poses[slot] = raise_poses(pair.object_poses, height)
+            self.goals[slot] = raise_poses(self.goals[slot], height)
+        if self._noise is not None and noise_rngs is not None:
+            for slot, scene, rng in zip(slots, scenes, noise_rngs, strict=True):
+                initial, goal = self.start_poses[slot, 0], self.goals[slot]
+                self._noise.start(int(slot), rng, masses_kg=scene.object_masses_kg(), initial=initial, goal=goal)
         self.reset(slots)
 
     def reset(self, slots: Slots) -> None:
         """Set slots to the start of their task: stored poses at rest, the arm at home."""
         self.batch.reset(slots, self.start_poses[slots])
         self.previous_actions[slots] = 0
+        self.steps[slots] = 0
 
     def step(self, slots: Slots, actions: Float32[np.ndarray, "slot 7"]) -> Bool[np.ndarray, "slot"]:
         """Command slots and advance them by one control step; returns which of them became unstable."""
@@ -85,7 +126,9 @@ class ClutterSlots:
 
     def command(self, slots: Slots, actions: Float32[np.ndarray, "slot 7"]) -> None:
         """Set the joint targets of slots from joint residuals [rad]; each slot once."""
-        self.batch.joint_targets[slots] = joint_targets(actions, self.batch.arm_qpos[slots], self.config.action)
+        arm_qpos, jacobian = self.batch.arm_qpos[slots], self._hands().jacobian[slots]
+        self._targets_before[slots] = self.batch.joint_targets[slots]
+        self.batch.joint_targets[slots] = joint_targets(actions, arm_qpos, self.config.action, jacobian=jacobian)
         self.previous_actions[slots] = actions
 
     def advance(self, slots: Slots) -> Bool[np.ndarray, "slot"]:
@@ -96,8 +139,12 @@ class ClutterSlots:
         """
         before = self.batch.states[slots]
         failed = np.zeros(self.size, dtype=bool)
+        self.steps[slots] += 1
         try:
-            self.batch.step(slots)
+            if self._latency_steps.any():
+                self.batch.step_delayed(slots, self._targets_before[slots], self._latency_steps[slots])
+            else:
+                self.batch.step(slots)
         except mujoco.batch.SimulationError as error:
             failed[error.ids] = True
         failed[self.batch.unstable_slots()] = True
@@ -121,14 +168,41 @@ class ClutterSlots:
             object_poses=self.batch.object_poses,
             object_velocities=self.batch.object_velocities,
         )
-        return make_observation(state[rows], self._task[rows], self.previous_actions[rows])
+        make = partial(
+            make_observation,
+            previous_action=self.previous_actions[rows],
+            hand=self._hands()[rows],
+            make_clouds=partial(compiled_point_clouds, each_part=self._each_part),
+        )
+        if self._noise is None:
+            return make(state[rows], self._task[rows])
+        disturbed = np.arange(self.size) if slots is None else slots
+        steps = self.steps[disturbed]
+        seen, task = self._noise.disturb_inputs(disturbed, steps, state[disturbed], self._task[disturbed])
+        return self._noise.disturb_points(disturbed, steps, make(seen, task))
 
-    def reward(self, slots: Slots | None = None) -> RewardTerms:
+    def is_dropped(self, slots: Slots) -> Bool[np.ndarray, "slot"]:
+        """Whether any object of slots lies below its table."""
+        above_table = raise_poses(self.batch.object_poses[slots], -self.table_heights_m[slots, None])
+        return is_dropped(above_table, self.config.termination)
+
+    def reward(self, slots: Slots | None = None) -> RewardTerms[np.ndarray]:
         """Reward of the present state of slots (default: all)."""
         rows = slice(None) if slots is None else slots
-        tips = transform_points(hand_pose(self.batch.arm_qpos[rows]), _FINGER_TIPS)
-        poses = self.batch.object_poses[rows]
-        return compute_reward(poses, self.start_poses[rows], self._task.goals[rows], tips, self.config.reward)
+        return compute_reward(
+            self.batch.object_poses[rows],
+            self.start_poses[rows],
+            self._task.goals[rows],
+            finger_tips(self._hands()[rows].pose),
+            self.config.reward,
+        )
+
+    def _hands(self) -> HandKinematics[np.ndarray]:
+        """The kinematics of all hands, computed again only when an arm has moved."""
+        if not np.array_equal(self._hands_qpos, self.batch.arm_qpos):
+            self._hands_qpos = self.batch.arm_qpos.copy()
+            self._last_hands = hand_kinematics(self._hands_qpos)
+        return self._last_hands
 
     def _each_part(self, rows: int, fill: Callable[[slice], None]) -> None:
         """Call ``fill`` on parts of the rows, side by side where it pays."""

@@ -80,10 +80,6 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
             raise UnknownNameError("render mode", str(render_mode), RENDER_MODES)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.metadata = {**self.metadata, "autoreset_mode": _read_mode(autoreset_mode)}
-        self.single_observation_space = make_observation_space()
-        self.single_action_space = make_action_space(config.action)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
         self._episodes = EpisodeSlots(
             _open_tasks(split, track, kept_models),
             num_envs,
@@ -91,6 +87,11 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
             threads=threads,
             unstable_dir=None if unstable_dir is None else Path(unstable_dir),
         )
+        objects = self._episodes.tasks[0].model.object_count
+        self.single_observation_space = make_observation_space(objects, config)
+        self.single_action_space = make_action_space(config.action)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
         self._frames = FrameRenderer() if render_mode else None
         self._is_over = np.zeros(num_envs, dtype=bool)
         self._is_seeded = self._has_begun = False
@@ -130,7 +131,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
             raise InvalidValueError("the first reset starts all environments; leave reset_mask out")
         self._begin(chosen.slots, chosen.chosen)
         self._has_begun = True
-        return self._observe(), self._describe(chosen.slots)
+        return self._episodes.observe(), self._describe(chosen.slots)
 
     def step(self, actions: Float32[np.ndarray, "env action"]) -> Step:
         """Advance every environment by one control step of 0.1 s.
@@ -151,7 +152,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         result = self._episodes.step(acting, actions[acting])
         rewards, terminated, truncated = self._outcome_arrays(acting, result)
         info = self._describe(np.arange(self.num_envs)) | spread(describe_step(result), acting, self.num_envs)
-        observations = self._observe()
+        observations = self._episodes.observe()
         self._is_over = terminated | truncated
         if mode is AutoresetMode.SAME_STEP and self._is_over.any():
             observations, info = self._reset_now(observations, info)
@@ -169,6 +170,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
 
     def close_extras(self, **_: Any) -> None:
         """Free the graphics contexts."""
+        self._episodes.close()
         if self._frames is not None:
             self._frames.close()
 
@@ -186,10 +188,8 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
                 self._episodes.seed(slot, one)
         self._is_seeded = True
 
-    def _begin(self, slots: Slots, names: Sequence[tuple[str, int]] | None = None) -> None:
-        episodes = self._episodes
-        tasks = [episodes.draw(int(slot)) for slot in slots] if names is None else [episodes.choose(*n) for n in names]
-        episodes.begin(slots, tasks)
+    def _begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
+        self._episodes.begin(slots, chosen)
         self._is_over[slots] = False
 
     def _checked(self, actions: object) -> Float32[np.ndarray, "env action"]:
@@ -202,9 +202,6 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         if len(bad):
             raise InvalidValueError(f"the actions of environments {bad.tolist()} are not finite")
         return given
-
-    def _observe(self) -> Observations:
-        return cast(Observations, self._episodes.core.observe())
 
     def _describe(self, slots: Slots) -> Info:
         tasks, errors = self._episodes.tasks, self._episodes.core.errors(slots)
@@ -229,8 +226,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         ended |= {"final_info": restrict(info, self._is_over), "_final_info": self._is_over.copy()}
         kept = restrict(info, ~self._is_over)
         self._begin(over)
-        fresh = cast(Observations, self._episodes.core.observe(over))
-        for name, value in fresh.items():
+        for name, value in self._episodes.observe(over).items():
             last[name][over] = value
         return last, overlay(kept, self._describe(over)) | ended
 

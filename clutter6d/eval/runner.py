@@ -12,7 +12,7 @@ from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.slots import ClutterSlots
 from clutter6d.envs.tasks import TaskSource
-from clutter6d.envs.termination import find_outcome, is_at_goal, is_dropped
+from clutter6d.envs.termination import find_outcome, is_at_goal
 from clutter6d.envs.unstable_state import report_unstable
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.attempt import Attempt, Look
@@ -157,7 +157,7 @@ class EpisodeRunner:
         errors, poses = env.errors(acting), env.batch.object_poses[acting]
         outcomes = find_outcome(
             is_success=is_at_goal(errors.position_m, errors.rotation_rad, config),
-            dropped=is_dropped(poses, config),
+            dropped=env.is_dropped(acting),
             is_unstable=is_unstable,
             steps=np.array([len(attempt.actions) for attempt in attempts], dtype=np.int64),
             config=config,
