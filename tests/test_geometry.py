@@ -182,3 +182,25 @@ def test_unit_quaternions_are_told_from_others() -> None:
     np.testing.assert_array_equal(is_unit(np.array([[1.0, 0, 0, 0], [1.0, 0.1, 0, 0], [0.0, 0, 0, 0]])), [1, 0, 0])
     assert is_unit(random_quats(0, 100)).all()
     assert not is_unit(np.array([1.0, 1.0, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize(("precision", "tolerance"), [("float64", 1e-12), ("float32", 1e-6)])
+def test_torch_tensors_give_what_arrays_give(precision: str, tolerance: float) -> None:
+    torch = pytest.importorskip("torch")
+    poses, others = random_poses(0, 30), random_poses(1, 30)
+    points = generator(0, "points").normal(size=(30, 5, 3))
+    for function, arguments in (
+        (quat_multiply, (poses[:, 3:], others[:, 3:])),
+        (quat_conjugate, (poses[:, 3:],)),
+        (quat_normalize, (2 * poses[:, 3:],)),
+        (quat_to_matrix, (poses[:, 3:],)),
+        (quat_from_matrix, (quat_to_matrix(poses[:, 3:]),)),
+        (rotate, (poses[:, 3:], others[:, :3])),
+        (transform_points, (poses, points)),
+        (rotation_error_rad, (poses[:, 3:], others[:, 3:])),
+        (rotation_6d, (poses[:, 3:],)),
+        (relative_pose, (poses, others)),
+    ):
+        made = function(*(torch.as_tensor(argument, dtype=getattr(torch, precision)) for argument in arguments))
+        assert isinstance(made, torch.Tensor)
+        np.testing.assert_allclose(made, function(*arguments), atol=tolerance, err_msg=function.__name__)
