@@ -6,6 +6,7 @@
 #   make docs        the documentation, strictly, into site/
 #   make test-slow   the long tests
 #   make test-real   the tests on the Debian furniture catalogue
+#   make test-lerobot  recorded data sets opened with LeRobot itself, in an environment of its own (8 GB)
 #   make bench       the speed measurements
 #   make web         the review page, into the package (needs Node.js and npm; only after changing web/review)
 #   make format      format and mend what the linter can mend
@@ -16,6 +17,7 @@
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 
 VENV := .venv
+LEROBOT_VENV ?= $(VENV)/lerobot
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 TEST_WORKERS ?= 2
@@ -25,7 +27,7 @@ DEMO ?= demo
 WORKERS ?= $(shell getconf _NPROCESSORS_ONLN)
 export PYTHON
 
-.PHONY: help demo test test-slow test-real check docs bench web format clean
+.PHONY: help demo test test-slow test-real test-lerobot check docs bench web format clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -50,7 +52,7 @@ test: $(VENV)/.installed-dev
 
 test-slow: $(VENV)/.installed-dev
 	@echo "make: running the long tests"
-	@$(PYTEST) -m "slow and not (real or network or gpu)"
+	@$(PYTEST) -m "slow and not (real or network or gpu or lerobot)"
 
 test-real: $(VENV)/.installed-dev
 	@echo "make: running the tests on the Debian furniture catalogue"
@@ -64,6 +66,10 @@ check: $(VENV)/.installed-dev
 
 format: $(VENV)/.installed-dev
 	@$(BIN)/ruff check --quiet --fix . ; $(BIN)/ruff format .
+
+test-lerobot: $(VENV)/.installed-dev $(LEROBOT_VENV)/.installed
+	@echo "make: opening recorded data sets with LeRobot"
+	@CLUTTER6D_LEROBOT_PYTHON=$(LEROBOT_VENV)/bin/python $(PYTEST) -m lerobot -s
 
 docs: $(VENV)/.installed-docs
 	@echo "make: building the documentation into site/" && NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -79,6 +85,13 @@ web:
 
 clean:
 	@rm -rf $(VENV) demo site .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+
+# LeRobot asks for another torch than ours.
+$(LEROBOT_VENV)/.installed:
+	@sh .ci/create-venv $(LEROBOT_VENV)
+	@echo "make: installing LeRobot into $(LEROBOT_VENV), several gigabytes"
+	@$(LEROBOT_VENV)/bin/python -m pip --disable-pip-version-check install --quiet lerobot==0.4.4 torch==2.9.1 torchvision==0.24.1
+	@touch $@
 
 # The environment is made once and brought up to date when the requirements change.
 $(VENV)/.created:
