@@ -56,7 +56,7 @@ class ClutterEnv(gymnasium.Env[Observations, np.ndarray]):
 
     @property
     def action_scale_rad(self) -> float:
-        """Largest residual of a joint in one control step; a curriculum sets it, the action space stays the same."""
+        """Largest residual of a joint in one control step [rad]; may be set, the action space stays the same."""
         return self._only.action_scale_rad
 
     @action_scale_rad.setter

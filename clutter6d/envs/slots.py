@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int
 
 from clutter6d.envs.action import ACTION_SIZE, joint_targets
+from clutter6d.envs.control_mode import joint_residuals
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.observation import (
     BodyState,
@@ -119,17 +120,18 @@ class ClutterSlots:
         self.previous_actions[slots] = 0
         self.steps[slots] = 0
 
-    def step(self, slots: Slots, actions: Float32[np.ndarray, "slot 7"]) -> Bool[np.ndarray, "slot"]:
+    def step(self, slots: Slots, actions: Float32[np.ndarray, "slot action"]) -> Bool[np.ndarray, "slot"]:
         """Command slots and advance them by one control step; returns which of them became unstable."""
         self.command(slots, actions)
         return self.advance(slots)
 
-    def command(self, slots: Slots, actions: Float32[np.ndarray, "slot 7"]) -> None:
-        """Set the joint targets of slots from joint residuals [rad]; each slot once."""
-        arm_qpos, jacobian = self.batch.arm_qpos[slots], self._hands().jacobian[slots]
+    def command(self, slots: Slots, actions: Float32[np.ndarray, "slot action"]) -> None:
+        """Set the joint targets of slots from actions of the kind that ``config.action.control`` names; each slot once."""
+        config, arm_qpos, jacobian = self.config.action, self.batch.arm_qpos[slots], self._hands().jacobian[slots]
+        residuals = joint_residuals(actions, arm_qpos, config, jacobian=jacobian)
         self._targets_before[slots] = self.batch.joint_targets[slots]
-        self.batch.joint_targets[slots] = joint_targets(actions, arm_qpos, self.config.action, jacobian=jacobian)
-        self.previous_actions[slots] = actions
+        self.batch.joint_targets[slots] = joint_targets(residuals, arm_qpos, config, jacobian=jacobian)
+        self.previous_actions[slots] = residuals
 
     def advance(self, slots: Slots) -> Bool[np.ndarray, "slot"]:
         """Simulate slots for one control step of 0.1 s with the joint targets they have.

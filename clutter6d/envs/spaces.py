@@ -5,8 +5,9 @@ from typing import Any, Final
 import numpy as np
 from gymnasium import spaces
 
-from clutter6d.envs.action import ACTION_SIZE, ActionConfig
+from clutter6d.envs.action import ActionConfig
 from clutter6d.envs.cameras import camera_spaces
+from clutter6d.envs.control_mode import action_bounds
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.observation import OBSERVATION_SHAPES
 
@@ -27,9 +28,9 @@ def make_observation_space(objects: int, config: EnvConfig) -> spaces.Space[Any]
 
 
 def make_action_space(config: ActionConfig) -> spaces.Space[Any]:
-    """Joint residuals [rad] within the action scale."""
-    scale = config.action_scale_rad
-    return spaces.Box(-scale, scale, shape=(ACTION_SIZE,), dtype=np.float32)
+    """Joint residuals [rad], or the hand's movement [m, rad], within what is not clipped."""
+    bounds = action_bounds(config)
+    return spaces.Box(-bounds, bounds, dtype=np.float32)
 
 
 def _box(shape: tuple[int, ...]) -> spaces.Space[Any]:

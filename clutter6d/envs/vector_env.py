@@ -50,6 +50,10 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         kept_models: Compiled scenes kept in memory, 1.4 MB (sparse) to 3.2 MB (dense) each.
         unstable_dir: Where the state before an invalid simulation step is kept for a replay; ``None``: not kept.
 
+    Attributes:
+        training_step: Control steps made since the environment was made, which the action scale's curriculum follows;
+            may be set, to go on with a training.
+
     Raises:
         InvalidValueError: An argument out of range, or scenes of another track.
         UnknownNameError: There is no such split, autoreset mode or render mode.
@@ -95,6 +99,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         self._frames = FrameRenderer() if render_mode else None
         self._is_over = np.zeros(num_envs, dtype=bool)
         self._is_seeded = self._has_begun = False
+        self.training_step = 0
 
     @property
     def config(self) -> EnvConfig:
@@ -103,7 +108,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
 
     @property
     def action_scale_rad(self) -> float:
-        """Largest residual of a joint in one control step; a curriculum sets it, the action space stays the same."""
+        """Largest residual of a joint in one control step [rad]; may be set, the action space stays the same."""
         return self.config.action.action_scale_rad
 
     @action_scale_rad.setter
@@ -149,6 +154,9 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         resetting, acting = np.flatnonzero(was_over), np.flatnonzero(~was_over)
         if len(resetting):
             self._begin(resetting)
+        if self.config.action.curriculum is not None:
+            self.action_scale_rad = self.config.action.curriculum.at(self.training_step)
+        self.training_step += 1
         result = self._episodes.step(acting, actions[acting])
         rewards, terminated, truncated = self._outcome_arrays(acting, result)
         info = self._describe(np.arange(self.num_envs)) | spread(describe_step(result), acting, self.num_envs)

@@ -7,8 +7,13 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+from clutter6d.envs.action import ActionConfig
+from clutter6d.envs.action_scale import ActionScaleCurriculum
+from clutter6d.envs.cameras import DEFAULT_CAMERAS
 from clutter6d.envs.clutter_env import ClutterEnv
 from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.noise import NoiseConfig
+from clutter6d.envs.randomisation import MODEST_RANDOMISATION, RandomisationConfig
 from clutter6d.envs.termination import TerminationConfig
 from clutter6d.envs.vector_env import ClutterVectorEnv
 from clutter6d.errors import InvalidValueError, UnknownNameError
@@ -144,6 +149,91 @@ def test_the_action_scale_can_be_lowered_while_training():
     np.testing.assert_allclose(moved[1], 0.01)
     with pytest.raises(InvalidValueError, match="action scale"):
         env.action_scale_rad = 0.0
+
+
+def test_a_curriculum_lowers_the_action_scale_step_by_step():
+    curriculum = ActionScaleCurriculum(steps=4)
+    env = ClutterVectorEnv(1, split=SCENES, config=EnvConfig(action=ActionConfig(curriculum=curriculum)))
+    env.reset(seed=0)
+    scales = []
+    for _ in range(6):
+        env.step(still(1))
+        scales.append(env.action_scale_rad)
+    np.testing.assert_allclose(scales, [0.1, 0.0562341, 0.0316228, 0.0177828, 0.01, 0.01], rtol=1e-5)
+    env.training_step = 2
+    env.step(still(1))
+    assert env.action_scale_rad == pytest.approx(0.0316228, rel=1e-5)
+
+
+def test_an_action_may_be_a_movement_of_the_hand():
+    env = ClutterVectorEnv(2, split=SCENES, config=EnvConfig(action=ActionConfig(control="cartesian")))
+    assert env.single_action_space.shape == (6,)
+    before, _ = env.reset(seed=0)
+    for _ in range(10):
+        after, *_ = env.step(np.tile(np.array([0.02, 0, -0.01, 0, 0, 0], dtype=np.float32), (2, 1)))
+    moved = after["hand_state"] - before["hand_state"]
+    assert (moved[:, 0] > 0.1).all()
+    assert (moved[:, 2] < -0.02).all()  # the arm lags behind its targets
+    assert np.abs(moved[:, 1]).max() < 0.01
+    assert np.abs(moved[:, 3:]).max() < 0.05
+    assert after["previous_action"].shape == (2, 7)
+    assert after["previous_action"].any()
+
+
+def test_options_change_what_is_seen_and_simulated():
+    config = EnvConfig(
+        noise=NoiseConfig(velocity=0.25, coordinates_m=0.01),
+        randomisation=RandomisationConfig(table_height_m=(0.05, 0.05), latency_s=(0.05, 0.05)),
+        mass_scale={"large_0": 100.0},
+        has_object_states=True,
+    )
+    plain, varied = ClutterVectorEnv(1, split=SCENES), ClutterVectorEnv(1, split=SCENES, config=config)
+    names = {"scene_id": "boxes-1", "pair": 1}
+    first, changed = plain.reset(seed=0, options=dict(names))[0], varied.reset(seed=0, options=dict(names))[0]
+    assert changed in varied.observation_space
+    states = changed["object_states"][0]
+    np.testing.assert_allclose(states[:, 13], [0.3, 30.0, 0.3, 0.3], rtol=1e-6)
+    raised = changed["object_points"][0, :, :3].mean(axis=0) - first["object_points"][0, :, :3].mean(axis=0)
+    np.testing.assert_allclose(raised, [0, 0, 0.05], atol=0.003)
+    np.testing.assert_allclose(changed["relative_goal"], first["relative_goal"], atol=1e-6)
+    for _ in range(5):
+        after, _, terminated, *_ = varied.step(still(1))
+        assert not terminated.any()
+    np.testing.assert_allclose(after["object_states"][0, :, :7], states[:, :7], atol=1e-3)
+
+
+def test_what_an_episode_draws_follows_its_seed_and_not_the_other_environments():
+    config = EnvConfig(noise=NoiseConfig(mass=0.5, goal_pose=0.1), randomisation=MODEST_RANDOMISATION)
+    many, one = (ClutterVectorEnv(size, split=SCENES, config=config) for size in (3, 1))
+    together, alone = many.reset(seed=3)[0], one.reset(seed=5)[0]
+    for step in range(3):
+        for name, value in alone.items():
+            assert np.array_equal(value[0], together[name][2]), name
+        chosen = actions(3, step)
+        together, alone = many.step(chosen)[0], one.step(chosen[2:])[0]
+    next_episode = one.reset()[0]
+    assert not np.array_equal(next_episode["physics_parameters"], alone["physics_parameters"])
+
+
+def test_cameras_are_part_of_the_observation():
+    config = EnvConfig(cameras=(DEFAULT_CAMERAS[0],))
+    env = ClutterVectorEnv(2, split=SCENES, config=config, max_episode_steps=2, autoreset_mode="SameStep")
+    observations, _ = env.reset(seed=0)
+    assert observations in env.observation_space
+    assert observations["camera_front_rgb"].shape == (2, 96, 128, 3)
+    labels = set(np.unique(observations["camera_front_segmentation"]))
+    assert {1, 2, 3, 4} <= labels
+    env.step(still(2))
+    observations, *_, info = env.step(still(2))
+    assert info["final_obs"][0]["camera_front_depth"].shape == (96, 128)
+    assert observations in env.observation_space
+    env.close()
+
+
+def test_an_object_that_no_scene_has_cannot_be_made_heavy():
+    env = ClutterVectorEnv(1, split=SCENES, config=EnvConfig(mass_scale={"large_1": 100.0}))
+    with pytest.raises(UnknownNameError, match="did you mean 'large_0'"):
+        env.reset(seed=0)
 
 
 def test_frames_show_each_environment():
