@@ -13,12 +13,10 @@ its own, made in the cache folder:
 import argparse
 import json
 import os
-import platform
 import subprocess
 import sys
 import tempfile
 import time
-import venv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,9 +24,10 @@ from typing import cast
 
 import numpy as np
 import trimesh
+from machine import processor_name
+from peer_environments import PROGRAMS, peer_python
 
 from clutter6d.assets.asset import Asset
-from clutter6d.assets.cache import cache_folder
 from clutter6d.assets.library import AssetLibrary
 from clutter6d.assets.named_libraries import open_library
 from clutter6d.geometry import rotate
@@ -42,7 +41,7 @@ from clutter6d.scenegen.track import find_track
 from clutter6d.seeding import generator
 
 PEER = "scene-synthesizer==1.15.0"
-PEER_PROGRAM = Path(__file__).parent / "peers" / "scene_synthesizer_placement.py"
+PEER_PROGRAM = PROGRAMS / "scene_synthesizer_placement.py"
 TRACK = find_track("moderate")
 CONFIG = GeneratorConfig()
 WANTED_RATIO = 5.0
@@ -163,27 +162,6 @@ def time_peer(python: Path, casts: Sequence[Cast], files: dict[str, Path]) -> di
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def peer_python() -> Path | None:
-    """The interpreter of the peer's environment, made if it is not there yet; ``None`` if it cannot be."""
-    folder = cache_folder() / "peers" / PEER.replace("==", "-")
-    python = folder / "bin" / "python"
-    if not (folder / "complete").exists():
-        print(f"making an environment for {PEER} in {folder}")
-        venv.create(folder, with_pip=True, clear=True)
-        if subprocess.run([python, "-m", "pip", "install", "--quiet", PEER], check=False).returncode:
-            print(f"{PEER} could not be installed: ours is not compared")
-            return None
-        (folder / "complete").touch()
-    return python
-
-
-def processor_name() -> str:
-    """As the system calls it."""
-    listing = Path("/proc/cpuinfo")
-    lines = listing.read_text().splitlines() if listing.exists() else []
-    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table; exit code 1 if ours is less than five times as fast as the peer at its fastest."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -195,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     casts = draw_casts(open_library(options.library), options.scenes)
-    python = options.peer_python or peer_python()
+    python = options.peer_python or peer_python([PEER])
     time_ours(casts[:WARM_UP], -1, with_pairs=True)
     ours: dict[bool, list[tuple[float, int]]] = {False: [], True: []}
     peer: dict[str, list[dict[str, list[float]]]] = {"meshes": [], "hulls": []}
