@@ -1,7 +1,7 @@
 """Episodes in slots: which task each slot runs, what it sees, and how it ends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
@@ -10,14 +10,12 @@ from jaxtyping import Float32
 
 from clutter6d.envs.cameras import CameraRig
 from clutter6d.envs.env_config import EnvConfig
-from clutter6d.envs.randomisation import PhysicsDraw, draw_physics
+from clutter6d.envs.episode_streams import EpisodeStreams
 from clutter6d.envs.reward import RewardTerms
 from clutter6d.envs.slots import ClutterSlots, Slots
 from clutter6d.envs.tasks import Task, TaskSource
 from clutter6d.envs.termination import GoalErrors, Outcome, find_outcome, is_at_goal
 from clutter6d.envs.unstable_state import report_unstable
-from clutter6d.seeding import generator
-from clutter6d.sim.model_variation import named_scales
 from clutter6d.sim.scene_model import joint_state
 
 
@@ -53,21 +51,19 @@ class EpisodeSlots:
     def __init__(
         self, source: TaskSource, size: int, config: EnvConfig, *, threads: int = 0, unstable_dir: Path | None = None
     ) -> None:
-        first = source.first()
-        self.core = ClutterSlots([first.model] * size, config, threads=threads)
-        self._source, self._unstable_dir = source, unstable_dir
+        self._streams = EpisodeStreams(source, size, config)
+        self.core = ClutterSlots([task.model for task in self._streams.tasks], config, threads=threads)
+        self._unstable_dir = unstable_dir
         self._rig = CameraRig(config.cameras, kept_scenes=max(size, 64)) if config.cameras else None
-        self._tasks = [first] * size
-        self._seeds, self._numbers = [0] * size, [0] * size
 
     @property
     def tasks(self) -> tuple[Task, ...]:
         """The task of each slot."""
-        return tuple(self._tasks)
+        return self._streams.tasks
 
     def seed(self, slot: int, seed: int) -> None:
         """Start a slot's stream of episodes anew."""
-        self._seeds[slot], self._numbers[slot] = seed, 0
+        self._streams.seed(slot, seed)
 
     def begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
         """Start the next episode of each slot's stream.
@@ -80,20 +76,14 @@ class EpisodeSlots:
             UnknownNameError: There is no scene of that id, or no object of a name in ``mass_scale``.
             InvalidValueError: The scene has no such pair.
         """
-        names = chosen or [None] * len(slots)
-        tasks = [self._next_task(int(slot), name) for slot, name in zip(slots, names, strict=True)]
-        for slot, task in zip(slots, tasks, strict=True):
-            self._tasks[slot] = task
-        streams = [(self._seeds[slot], self._numbers[slot]) for slot in slots]
+        starts = self._streams.advance(slots, chosen)
         self.core.load(
             slots,
-            [task.model for task in tasks],
-            [task.pair for task in tasks],
-            physics=self._draw_physics(tasks, streams),
-            noise_rngs=[generator(seed, "noise", number) for seed, number in streams],
+            [task.model for task in starts.tasks],
+            [task.pair for task in starts.tasks],
+            physics=starts.physics,
+            noise_rngs=starts.noise_rngs,
         )
-        for slot in slots:
-            self._numbers[slot] += 1
 
     def step(self, slots: Slots, actions: Float32[np.ndarray, "slot action"]) -> StepResult:
         """Advance slots by one control step; a slot whose step is invalid keeps the state before."""
@@ -127,22 +117,6 @@ class EpisodeSlots:
         if self._rig is not None:
             self._rig.close()
 
-    def _next_task(self, slot: int, chosen: tuple[str, int] | None) -> Task:
-        if chosen is not None:
-            return self._source.choose(*chosen)
-        return self._source.draw(self._seeds[slot], self._numbers[slot])
-
-    def _draw_physics(self, tasks: Sequence[Task], streams: Sequence[tuple[int, int]]) -> list[PhysicsDraw] | None:
-        ranges, scales = self.core.config.randomisation, self.core.config.mass_scale
-        if not (ranges.varies_model or ranges.delays_commands or scales):
-            return None
-        draws: list[PhysicsDraw] = []
-        for task, (seed, number) in zip(tasks, streams, strict=True):
-            draw = draw_physics(ranges, generator(seed, "physics", number), task.model.object_count)
-            mass_scale = draw.mass_scale * named_scales(task.model.names, scales)
-            draws.append(replace(draw, mass_scale=mass_scale))
-        return draws
-
     def _object_states(self, slots: Slots) -> Float32[np.ndarray, "slot object 15"]:
         batch = self.core.batch
         physics = [
@@ -153,6 +127,6 @@ class EpisodeSlots:
         return np.concatenate(states, axis=2).astype(np.float32)
 
     def _report(self, slot: int) -> None:
-        task, state = self._tasks[slot], self.core.batch.states[slot]
+        task, state = self._streams.tasks[slot], self.core.batch.states[slot]
         key = task.scene.scene_id, task.pair_index
-        report_unstable(self._source.sha256, key, int(self.core.steps[slot]) - 1, state, self._unstable_dir)
+        report_unstable(self._streams.source.sha256, key, int(self.core.steps[slot]) - 1, state, self._unstable_dir)

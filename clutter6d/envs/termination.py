@@ -1,7 +1,7 @@
 """When an episode ends, and whether it was a success; pure functions of poses, in NumPy or torch."""
 
 from dataclasses import dataclass
-from typing import Generic, Literal
+from typing import Final, Generic, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -13,6 +13,8 @@ from clutter6d.geometry import rotation_error_rad
 MAX_CONTROL_STEPS = 300
 Outcome = Literal["success", "drop", "timeout", "unstable"]
 """How an episode ended; ``unstable``: the physics became invalid."""
+OUTCOMES: Final[tuple[Outcome, ...]] = ("unstable", "success", "drop", "timeout")
+"""All of them; of several that are true at once, the first counts."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -69,6 +71,27 @@ def is_dropped(object_poses: Float[Array, "slot object 7"], config: TerminationC
     return namespace(object_poses).any(object_poses[..., 2] < -config.drop_m, axis=-1)
 
 
+def outcome_numbers(
+    *,
+    is_success: Bool[Array, "slot"],
+    dropped: Bool[Array, "slot"],
+    is_unstable: Bool[Array, "slot"],
+    steps: Int[Array, "slot"],
+    config: TerminationConfig,
+) -> Int[Array, "slot"]:
+    """How each slot's episode ended, as an index of :data:`OUTCOMES`; -1 while it goes on.
+
+    An invalid state is no success, whatever it looks like; a success at the last step, or while another object falls,
+    is one.
+    """
+    xp = namespace(steps)
+    numbers = xp.full_like(steps, -1)
+    reasons = {"unstable": is_unstable, "success": is_success, "drop": dropped, "timeout": steps >= config.max_steps}
+    for number, name in reversed(list(enumerate(OUTCOMES))):
+        numbers = xp.where(reasons[name], xp.full_like(numbers, number), numbers)
+    return numbers
+
+
 def find_outcome(
     *,
     is_success: Bool[np.ndarray, "slot"],
@@ -77,15 +100,8 @@ def find_outcome(
     steps: Int[np.ndarray, "slot"],
     config: TerminationConfig,
 ) -> tuple[Outcome | None, ...]:
-    """How each slot's episode ended, or ``None`` while it goes on; what comes first in this list wins.
-
-    An invalid state is no success, whatever it looks like; a success at the last step, or while another object falls,
-    is one.
-    """
-    reasons: list[tuple[Outcome, np.ndarray]] = [
-        ("unstable", is_unstable),
-        ("success", is_success),
-        ("drop", dropped),
-        ("timeout", steps >= config.max_steps),
-    ]
-    return tuple(next((name for name, mask in reasons if mask[row]), None) for row in range(len(steps)))
+    """How each slot's episode ended, or ``None`` while it goes on; see :func:`outcome_numbers`."""
+    numbers = outcome_numbers(
+        is_success=is_success, dropped=dropped, is_unstable=is_unstable, steps=steps, config=config
+    )
+    return tuple(None if number < 0 else OUTCOMES[number] for number in numbers.tolist())
