@@ -95,6 +95,7 @@ class Player:
             request(session)
         if session.is_playing and time.monotonic() >= self._next_step:
             self._next_step = max(self._next_step + CONTROL_STEP_S / session.speed, time.monotonic())
+            self._show()  # before the policy thinks
             session.step()
         return self._show()
 

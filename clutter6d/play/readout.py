@@ -13,14 +13,15 @@ def describe(session: PlaySession) -> str:
     lines = [
         ("policy", session.playlist.title),
         ("scene", chosen.scene_id),
-        ("goal pair", f"{chosen.pair}  (episode {chosen.number + 1} of {chosen.count})"),
+        ("pair", f"{chosen.pair}  (episode {chosen.number + 1} of {chosen.count})"),
         ("step", f"{frame.step} of {config.max_steps}  ({frame.step * CONTROL_STEP_S:.1f} s)"),
         ("position", f"{100 * frame.position_m:.1f} cm  (success below {100 * config.position_tolerance_m:g})"),
         (
             "rotation",
             f"{degrees(frame.rotation_rad):.1f}°  (success below {degrees(config.rotation_tolerance_rad):.1f})",
         ),
-        ("reward", _reward(frame)),
+        ("reward", f"{frame.reward['total']:.2f}"),
+        ("terms", ", ".join(f"{name} {frame.reward[name]:.2f}" for name in REWARD_TERMS[:-1])),
         ("outcome", _outcome(session, frame)),
     ]
     recorded = session.recorded_row
@@ -30,14 +31,10 @@ def describe(session: PlaySession) -> str:
     return "\n".join(f"{label}\t{value}" for label, value in lines)
 
 
-def _reward(frame: Frame) -> str:
-    terms = [f"{name} {frame.reward[name]:.2f}" for name in REWARD_TERMS if name != "total"]
-    return f"{frame.reward['total']:.2f}  ({', '.join(terms)})"
-
-
 def _outcome(session: PlaySession, frame: Frame) -> str:
     if frame.outcome is None:
-        return "playing" if session.is_playing else "paused"
+        thinking = "; a policy that plans ahead may take a minute" if frame.step == 0 else ""
+        return f"playing{thinking}" if session.is_playing else "paused"
     if frame.outcome != "success":
         return frame.outcome
     stands = {None: "holding for 1 s", True: "still stands 1 s later", False: "does not stand 1 s later"}

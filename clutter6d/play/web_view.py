@@ -15,13 +15,14 @@ from clutter6d.play.shapes import Shape, visible_shapes
 from clutter6d.play.web_server import close_server, open_server
 from clutter6d.render.camera import EPISODE_VIEW, ROBOT_VIEW, SCENE_VIEW, TABLE_VIEW, Camera
 from clutter6d.render.scene_picture import picture_model
+from clutter6d.render.studio import FILL_DIRECTION, KEY_DIRECTION
 from clutter6d.scene import Scene
 
 if TYPE_CHECKING:
     import viser
 
 CAMERAS = {"scene": SCENE_VIEW, "table": TABLE_VIEW, "episode": EPISODE_VIEW, "robot": ROBOT_VIEW}
-POINT_SIZE_M = 0.006
+POINT_SIZE_M = 0.004
 _SKY = (238, 242, 246)
 
 
@@ -67,7 +68,7 @@ class WebView:
         """A button and a key for each action."""
         names = {action.label: action.name for action in actions if action.has_button}
         hint = ", ".join(f"{action.label}: {action.key}" for action in actions)
-        buttons = self.server.gui.add_button_group("", list(names), hint=hint)
+        buttons = self.server.gui.add_button_group("Controls", list(names), hint=hint)
         buttons.on_click(lambda event: self._trigger(names.get(event.target.value)))
         for action in actions:
             command = self.server.gui.add_command(action.label, hotkey=action.key)  # pyright: ignore
@@ -107,14 +108,16 @@ class WebView:
 
     def draw_points(self, points: Float32[np.ndarray, "point 3"], rgb: UInt8[np.ndarray, "point 3"]) -> None:
         """Draw points instead of those drawn before."""
-        if self._points is None:
-            self._points = self.server.scene.add_point_cloud(
-                "/points", points, rgb, point_size=POINT_SIZE_M, point_shape="circle", precision="float32"
-            )
-            return
         with self.server.atomic():
-            self._points.points = points
-            self._points.colors = rgb
+            if self._points is not None:
+                self._points.visible = bool(len(points))
+            if not len(points):
+                return
+            if self._points is None:
+                self._points = self.server.scene.add_point_cloud(
+                    "/points", points, rgb, point_size=POINT_SIZE_M, point_shape="circle", precision="float32"
+                )
+            self._points.points, self._points.colors = points, rgb
 
     def message(self, text: str) -> None:
         """Show lines of text above the controls."""
@@ -136,11 +139,17 @@ class WebView:
     def _prepare_page(self) -> None:
         self.server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         self.server.gui.set_panel_label("Clutter6D")
+        self.server.gui.main_panel.dock_right()
         start = self.server.initial_camera
         start.position, start.look_at = EPISODE_VIEW.position(), np.array(EPISODE_VIEW.look_at_m)
         start.fov = float(np.deg2rad(EPISODE_VIEW.vertical_fov_deg))
         start.near = 0.02
-        self.server.scene.set_background_image(np.full((8, 8, 3), _SKY, dtype=np.uint8))
+        scene = self.server.scene
+        scene.configure_default_lights(enabled=False)
+        scene.configure_environment_map(environment_intensity=0.6)
+        scene.add_light_directional("/key", position=tuple(3 * KEY_DIRECTION), intensity=2.2, cast_shadow=True)
+        scene.add_light_directional("/fill", position=tuple(FILL_DIRECTION), intensity=0.5)
+        scene.set_background_image(np.full((8, 8, 3), _SKY, dtype=np.uint8))
 
     def _add_body(self, body: int) -> "viser.FrameHandle":
         return self.server.scene.add_frame(_body_name(body), show_axes=False)
@@ -153,7 +162,6 @@ class WebView:
             shape.faces.astype(np.uint32),
             color=shape.rgb,
             opacity=None if is_solid else shape.opacity,
-            side="double" if is_solid else "front",
             cast_shadow=is_solid,
             receive_shadow=is_solid,
         )
@@ -167,7 +175,10 @@ def _table(text: str) -> str:
     """Lines as rows, and tabs as the borders of cells; all of it as plain text."""
     rows = "".join(
         "<tr>"
-        + "".join(f"<td style='padding:1px 8px 1px 0'>{html.escape(cell)}</td>" for cell in line.split("\t"))
+        + "".join(
+            f"<td style='padding:1px 8px 1px 0;vertical-align:top'>{html.escape(cell)}</td>"
+            for cell in line.split("\t")
+        )
         + "</tr>"
         for line in text.splitlines()
     )
