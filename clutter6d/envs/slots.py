@@ -126,7 +126,7 @@ class ClutterSlots:
         return self.advance(slots)
 
     def command(self, slots: Slots, actions: Float32[np.ndarray, "slot action"]) -> None:
-        """Set the joint targets of slots from actions of the kind that ``config.action.control`` names; each slot once."""
+        """Set the joint targets of slots, each once, from actions of the kind that the configuration names."""
         config, arm_qpos, jacobian = self.config.action, self.batch.arm_qpos[slots], self._hands().jacobian[slots]
         residuals = joint_residuals(actions, arm_qpos, config, jacobian=jacobian)
         self._targets_before[slots] = self.batch.joint_targets[slots]

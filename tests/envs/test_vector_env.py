@@ -175,7 +175,7 @@ def test_an_action_may_be_a_movement_of_the_hand():
     assert (moved[:, 0] > 0.1).all()
     assert (moved[:, 2] < -0.02).all()  # the arm lags behind its targets
     assert np.abs(moved[:, 1]).max() < 0.01
-    assert np.abs(moved[:, 3:]).max() < 0.05
+    assert np.abs(moved[:, 3:]).max() < 0.2  # and the wrist lags less than the shoulder
     assert after["previous_action"].shape == (2, 7)
     assert after["previous_action"].any()
 
