@@ -22,6 +22,7 @@ from clutter6d.recording.rollout_table import (
     step_schema,
     step_table,
     to_rollout,
+    to_row,
 )
 from clutter6d.scene import Scene
 from clutter6d.schema import canonical_json, write_bytes
@@ -100,9 +101,10 @@ def _read(folder: Path, steps: pq.ParquetFile, episodes: pq.ParquetFile) -> Iter
     for group in range(steps.num_row_groups):
         with _blaming(folder / EPISODES_FILE):
             episode = episodes.read_row_group(group).to_pylist()[0]
+            steps_said = to_row(episode).steps
         with _blaming(folder / STEPS_FILE):
             rollout = to_rollout(steps.read_row_group(group), episode)
-        if len(rollout.actions) != rollout.row.steps:
+        if len(rollout.actions) != steps_said:
             raise InvalidFileError(folder / STEPS_FILE, f"episode {group} has other steps than {EPISODES_FILE} says")
         yield rollout
 
@@ -179,5 +181,8 @@ def _check_columns(folder: Path, steps: pq.ParquetFile, episodes: pq.ParquetFile
 def _blaming(path: Path) -> Iterator[None]:
     try:
         yield
-    except (pa.ArrowException, OSError, ValueError, TypeError, ValidationError) as error:
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise InvalidFileError(path, f"not readable as rollouts: {first['loc'][0]}: {first['msg']}") from None
+    except (pa.ArrowException, OSError, ValueError, TypeError) as error:
         raise InvalidFileError(path, f"not readable as rollouts: {' '.join(str(error).split())[:200]}") from None

@@ -113,10 +113,24 @@ def state_columns(states: RolloutStates, rows: slice) -> dict[str, pa.Array]:
     return {name: _flat(values[rows]) for name, values in arrays.items()}
 
 
+def to_row(episode: Mapping[str, object]) -> EpisodeRow:
+    """How an episode ended, from its row of the episodes' table.
+
+    Raises:
+        ValueError: The values are none that an episode can have.
+    """
+    return EpisodeRow.model_validate({name: episode[name] for name in row_columns()} | {"timing_seconds": 0.0})
+
+
 def to_rollout(steps: pa.Table, episode: Mapping[str, object]) -> Rollout:
-    """An episode from its rows of both tables."""
+    """An episode from its rows of both tables.
+
+    Raises:
+        ValueError: Cells are empty, or do not fit each other.
+    """
     names = episode["object_names"]
-    assert isinstance(names, list)
+    if not isinstance(names, list):
+        raise ValueError("an episode has no names of objects")  # noqa: TRY004
     states = {name: _states(steps, episode, name, (size,), np.float32) for name, size in STATE_SIZES.items()}
     for name, size in OBJECT_SIZES.items():
         states[name] = _states(steps, episode, name, (len(names), size), np.float64)
@@ -125,7 +139,7 @@ def to_rollout(steps: pa.Table, episode: Mapping[str, object]) -> Rollout:
         shapes = CLOUD_SHAPES.items()
         clouds = PointClouds(**{name: _states(steps, episode, name, shape, np.float32) for name, shape in shapes})
     return Rollout(
-        row=EpisodeRow.model_validate({name: episode[name] for name in row_columns()} | {"timing_seconds": 0.0}),
+        row=to_row(episode),
         task=str(episode["task"]),
         object_names=tuple(names),
         states=RolloutStates(**states, clouds=clouds),
@@ -146,6 +160,8 @@ def _rows(steps: pa.Table, name: str) -> np.ndarray:
     """A column's numbers, lists of them one after another."""
     column = steps.column(name).combine_chunks()
     values = column.flatten() if pa.types.is_fixed_size_list(column.type) else column
+    if column.null_count or values.null_count:
+        raise ValueError(f"column {name} has empty cells")
     return values.to_numpy(zero_copy_only=False).copy()
 
 
