@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
@@ -39,6 +39,7 @@ class Action:
     has_button: bool = True
 
 
+@runtime_checkable
 class LiveView(Protocol):
     """A window on one scene at a time."""
 

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from clutter6d.physics import CONTROL_STEP_S
 from clutter6d.play.live_view import Action, LiveView
@@ -40,6 +40,7 @@ _USES: dict[str, Request] = {
 _OVERLAYS = {"points": Overlay.POINTS, "contacts": Overlay.CONTACTS}
 
 
+@runtime_checkable
 class Panel(Protocol):
     """Controls beyond keys and buttons."""
 
