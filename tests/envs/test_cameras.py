@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from clutter6d.assets.surface_distance import SurfaceDistance
+from clutter6d.dataset.scenes import load_split
 from clutter6d.envs.cameras import CAMERA_KINDS, DEFAULT_CAMERAS, CameraConfig, CameraRig, camera_spaces
 from clutter6d.errors import InvalidValueError, UnknownNameError
-from clutter6d.geometry import transform_points
+from clutter6d.geometry import quat_conjugate, rotate, transform_points
 from clutter6d.render.camera import Camera
 from clutter6d.render.sensor_model import TABLE, TARGET
 from clutter6d.sim.model_variation import raise_poses, vary_model
-from clutter6d.sim.scene_model import joint_state
+from clutter6d.sim.scene_model import compile_stored_scene, joint_state
 from tests.scene_fixtures import make_box_scene
 
 SCENES = [make_box_scene(index) for index in range(3)]
@@ -68,6 +70,24 @@ def test_surface_points_of_the_target_project_into_its_label(rig):
     pixels = local @ camera.intrinsics().T
     columns, rows = np.rint(pixels[:, :2] / pixels[:, 2:]).astype(int).T
     assert (labels[rows, columns] == TARGET).mean() > 0.95
+
+
+def test_depth_of_procedural_objects_leads_back_to_their_meshes(rig):
+    split = load_split("moderate-test")
+    scene = split[3]
+    model = compile_stored_scene(scene, split.assets_of(scene))
+    poses = scene.goal_pairs[0].object_poses
+    seen = rig.observe([model], joint_state(poses)[None])
+    for camera in DEFAULT_CAMERAS:
+        points = camera.camera.back_project(seen[f"camera_{camera.name}_depth"][0])
+        labels = seen[f"camera_{camera.name}_segmentation"][0]
+        for index, (asset, pose) in enumerate(zip(model.assets, poses, strict=True)):
+            local = rotate(quat_conjugate(pose[3:]), points[labels == TARGET + index] - pose[:3])
+            found = [
+                SurfaceDistance(item.mesh.vertices, item.mesh.faces).closest(local, neighbours=32)[1]
+                for item in asset.visual
+            ]
+            assert np.min(found, axis=0).max(initial=0) < 1e-3, f"{asset.name} seen by {camera.name}"
 
 
 def test_only_what_is_asked_for_is_drawn():
