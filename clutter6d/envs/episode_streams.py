@@ -9,6 +9,7 @@ from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.randomisation import PhysicsDraw, draw_physics
 from clutter6d.envs.slots import Slots
 from clutter6d.envs.tasks import Task, TaskSource
+from clutter6d.errors import InvalidValueError
 from clutter6d.seeding import generator
 from clutter6d.sim.model_variation import named_scales
 
@@ -47,9 +48,17 @@ class EpisodeStreams:
         """The task of each slot; before its first episode, the source's first."""
         return tuple(self._tasks)
 
-    def seed(self, slot: int, seed: int) -> None:
-        """Start a slot's stream anew."""
-        self._seeds[slot], self._numbers[slot] = seed, 0
+    def seed(self, seeds: Sequence[int | None]) -> None:
+        """Start the slots' streams anew; ``None``: that slot's goes on.
+
+        Raises:
+            InvalidValueError: There are not as many seeds as slots.
+        """
+        if len(seeds) != len(self._seeds):
+            raise InvalidValueError(f"{len(seeds)} seeds for {len(self._seeds)} environments")
+        for slot, seed in enumerate(seeds):
+            if seed is not None:
+                self._seeds[slot], self._numbers[slot] = seed, 0
 
     def advance(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> EpisodeStarts:
         """Go on to the next episode of slots.

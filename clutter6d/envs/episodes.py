@@ -61,9 +61,9 @@ class EpisodeSlots:
         """The task of each slot."""
         return self._streams.tasks
 
-    def seed(self, slot: int, seed: int) -> None:
-        """Start a slot's stream of episodes anew."""
-        self._streams.seed(slot, seed)
+    def seed(self, seeds: Sequence[int | None]) -> None:
+        """Start the slots' streams of episodes anew; ``None``: that slot's goes on."""
+        self._streams.seed(seeds)
 
     def begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
         """Start the next episode of each slot's stream.

@@ -83,9 +83,9 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         if render_mode not in (None, *RENDER_MODES):
             raise UnknownNameError("render mode", str(render_mode), RENDER_MODES)
         self.num_envs, self.render_mode = num_envs, render_mode
-        self.metadata = {**self.metadata, "autoreset_mode": _read_mode(autoreset_mode)}
+        self.metadata = {**self.metadata, "autoreset_mode": read_autoreset_mode(autoreset_mode)}
         self._episodes = EpisodeSlots(
-            _open_tasks(split, track, kept_models),
+            open_tasks(split, track, kept_models),
             num_envs,
             config,
             threads=threads,
@@ -188,12 +188,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         if isinstance(seed, int):
             super().reset(seed=seed)
             seed = [seed + slot for slot in range(self.num_envs)]
-        seeds = [None] * self.num_envs if seed is None else list(seed)
-        if len(seeds) != self.num_envs:
-            raise InvalidValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
-        for slot, one in enumerate(seeds):
-            if one is not None:
-                self._episodes.seed(slot, one)
+        self._episodes.seed([None] * self.num_envs if seed is None else list(seed))
         self._is_seeded = True
 
     def _begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
@@ -239,14 +234,24 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         return last, overlay(kept, self._describe(over)) | ended
 
 
-def _read_mode(mode: AutoresetMode | str) -> AutoresetMode:
+def read_autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
+    """Gymnasium's mode of a name.
+
+    Raises:
+        UnknownNameError: There is no such mode.
+    """
     try:
         return AutoresetMode(mode)
     except ValueError:
         raise UnknownNameError("autoreset mode", str(mode), [known.value for known in AutoresetMode]) from None
 
 
-def _open_tasks(split: str | Path | SceneCollection, track: str | None, kept_models: int) -> TaskSource:
+def open_tasks(split: str | Path | SceneCollection, track: str | None, kept_models: int) -> TaskSource:
+    """The tasks of a split, a folder of scenes, or scenes.
+
+    Raises:
+        InvalidValueError: They are of another track.
+    """
     source = TaskSource(open_scenes(split) if isinstance(split, (str, Path)) else split, kept_models=kept_models)
     if track is not None and source.tracks != {track}:
         found = ", ".join(sorted(source.tracks))

@@ -156,6 +156,14 @@ class WarpSceneBatch:
         """The same as indices; waits for the device."""
         return self.is_unstable().nonzero()[:, 0]
 
+    def object_masses_kg(self) -> Float32[torch.Tensor, "slot object"]:
+        """Mass of each object, as it is simulated [kg]."""
+        return self._worlds["body_mass"][: self.size, self._layout.object_bodies]
+
+    def object_frictions(self) -> Float32[torch.Tensor, "slot object"]:
+        """Sliding friction of each object, as it is simulated."""
+        return self._worlds["geom_friction"][: self.size, self._layout.object_geoms, 0]
+
     def _index(self, slots: Slots) -> Int[torch.Tensor, "slot"]:
         return torch.as_tensor(slots, dtype=torch.long, device=self.device)
 

@@ -62,6 +62,16 @@ class WorldLayout:
         self._first_body = self.model.nbody - object_count
         self._first_geom = int(self.model.body_geomadr[self._first_body])
 
+    @property
+    def object_bodies(self) -> slice:
+        """The objects' bodies in the shared model."""
+        return slice(self._first_body, self.model.nbody)
+
+    @property
+    def object_geoms(self) -> slice:
+        """Each object's first geom in the shared model."""
+        return slice(self._first_geom, self.model.ngeom, MAX_PARTS)
+
     def row(self, scene: SceneModel, mesh_ids: list[Int[np.ndarray, "_"]]) -> WorldRow:
         """What a scene sets for itself.
 
