@@ -8,8 +8,8 @@ from jaxtyping import Float64, Int
 
 from clutter6d.envs.noise import NoiseConfig
 from clutter6d.envs.observation import BodyState, Observation, TaskArrays
+from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import quat_conjugate, quat_from_axis_angle, quat_multiply, rotate, rotation_error_rad
-from clutter6d.seeding import generator
 
 _LEAST_MASS: Final = 0.1
 _MEASURED: Final = slice(None, None, 8)
@@ -29,7 +29,7 @@ class ObservationNoise:
 
     def __init__(self, config: NoiseConfig, slots: int, objects: int) -> None:
         self.config = config
-        self._streams = [_Stream(generator(0, "no episode")) for _ in range(slots)]
+        self._streams: dict[int, _Stream] = {}
         self._mass_factor = np.ones((slots, objects))
         self._goal_sigma = np.zeros((slots, 2))
 
@@ -78,6 +78,8 @@ class ObservationNoise:
         if self.config.goal_pose > 0:
             task = replace(task, goals=self._wrong_goals(slots, steps, task.goals))
         if self.config.mass > 0:
+            for slot in slots:
+                self._stream_of(int(slot))
             factor, physics = self._mass_factor[slots].astype(np.float32), task.physics.copy()
             physics[:, 0] *= factor[:, 0]
             task = replace(
@@ -97,12 +99,22 @@ class ObservationNoise:
         sigma = np.repeat([self.config.coordinates_m, self.config.velocities_m_s], 3).astype(np.float32)
         target, obstacles = observation["object_points"].copy(), observation["environment_points"].copy()
         for row, (slot, step) in enumerate(zip(slots, steps, strict=True)):
-            rng = self._streams[slot].at(int(step), "points")
+            rng = self._stream_of(int(slot)).at(int(step), "points")
             for points in (target, obstacles):
                 error = sigma * rng.standard_normal((len(points[row]), 6), dtype=np.float32)
                 points[row, :, :3] += error[:, :3]
                 points[row, :, 4:] += error[:, 3:]
         return {**observation, "object_points": target, "environment_points": obstacles}
+
+    def _stream_of(self, slot: int) -> "_Stream":
+        """The random numbers of a slot's episode.
+
+        Raises:
+            InvalidValueError: It has none yet.
+        """
+        if slot not in self._streams:
+            raise InvalidValueError(f"slot {slot} shall be seen with noise and has no episode yet; call start() first")
+        return self._streams[slot]
 
     def _wrong_velocities(
         self,
@@ -132,7 +144,9 @@ class ObservationNoise:
     def _normal(
         self, slots: Int[np.ndarray, "slot"], steps: Int[np.ndarray, "slot"], lane: str, shape: tuple[int, ...]
     ) -> np.ndarray:
-        draws = [self._streams[s].at(int(t), lane).standard_normal(shape) for s, t in zip(slots, steps, strict=True)]
+        draws = [
+            self._stream_of(int(s)).at(int(t), lane).standard_normal(shape) for s, t in zip(slots, steps, strict=True)
+        ]
         return np.stack(draws) if draws else np.empty((0, *shape))
 
 

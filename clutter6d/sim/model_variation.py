@@ -87,7 +87,7 @@ def raise_poses(poses: Float64[np.ndarray, "*n 7"], height_m: Float[np.ndarray, 
 
 
 def named_scales(names: Sequence[str], scales: Mapping[str, float]) -> Float64[np.ndarray, "object"]:
-    """Factors of a scene's objects, 1 where nothing is said (paper, "Adaptive Interaction": masses x 100 and x 0.1).
+    """Factors of a scene's objects, 1 where nothing is said (paper, "More Analysis on Adaptive Behavior": 100 and 0.1).
 
     Args:
         names: Names of the scene's objects.

@@ -241,3 +241,10 @@ def test_the_sensitivity_study_has_four_levels_of_four_sources():
 def test_what_is_no_share_is_refused(name, value):
     with pytest.raises(InvalidValueError, match=rf"noise {name} is .* as 0.05 for 5%"):
         NoiseConfig(**{name: value})
+
+
+@pytest.mark.parametrize("config", [NoiseConfig(mass=0.1), NoiseConfig(velocity=0.1), NoiseConfig(goal_pose=0.1)])
+def test_a_slot_without_an_episode_has_no_noise_to_be_seen_with(config):
+    state, task = make_inputs(1)
+    with pytest.raises(InvalidValueError, match="slot 0 .* no episode yet"):
+        ObservationNoise(config, 1, OBJECTS).disturb_inputs(np.array([0]), steps(0, 1), state, task)
