@@ -1,6 +1,5 @@
 """The command ``clutter6d record``."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -8,31 +7,22 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from clutter6d.dataset.scenes import SceneCollection, open_scenes
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.termination import MAX_CONTROL_STEPS
-from clutter6d.errors import InvalidValueError, MissingFileError, UnknownNameError
-from clutter6d.eval.cli import PARALLEL_EPISODES, SCENES_FILE, ScenesLocation
+from clutter6d.errors import InvalidValueError, MissingFileError
+from clutter6d.eval.cli import PARALLEL_EPISODES, SCENES_FILE, ScenesLocation, open_all_scenes, remember_scenes
 from clutter6d.eval.evaluator import Evaluation, EvaluationConfig
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.eval.policy_loading import load_policy
-from clutter6d.eval.report import RunSettings
 from clutter6d.progress import progress_bars
-from clutter6d.recording.cameras import SENSORS, find_cameras
-from clutter6d.recording.lerobot_features import FPS
-from clutter6d.recording.lerobot_recorder import LeRobotRecorder
-from clutter6d.recording.recording import Recorder, RecordingSettings, record_episodes
-from clutter6d.recording.rollout_file import RolloutRecorder
+from clutter6d.recording.formats import RecordingPlan, find_formats
+from clutter6d.recording.recording import record_episodes
 from clutter6d.recording.source import RecordedEpisodes, read_evaluation, spread_keys
-from clutter6d.recording.video_file import VideoRecorder
 from clutter6d.schema import read_model
 
-FOLDERS = {"video": "videos", "gif": "gifs", "parquet": "rollouts", "lerobot": "lerobot"}
 DEFAULT_EPISODES = 10
 DEFAULT_SCENES = "sparse-test"
-DEFAULT_CAMERAS = {"video": "episode", "gif": "episode", "lerobot": ",".join(SENSORS)}
-DEFAULT_SIZE_PX = {"video": (960, 720), "gif": (480, 360), "lerobot": (320, 240)}
 EPISODES_FOLDER = "episodes"
-NO_CAMERAS = "none"
 
 
 def record(
@@ -63,8 +53,12 @@ def record(
     cameras: Annotated[
         str | None, typer.Option(help="Cameras, parted by commas; 'none' for a lerobot data set without pictures.")
     ] = None,
-    width: Annotated[int, typer.Option(min=0, help="Of the pictures, in pixels; 0 for the format's own.")] = 0,
-    height: Annotated[int, typer.Option(min=0, help="Of the pictures, in pixels; 0 for the format's own.")] = 0,
+    width: Annotated[
+        int | None, typer.Option(min=1, help="Of the pictures, in pixels; by default the format's.")
+    ] = None,
+    height: Annotated[
+        int | None, typer.Option(min=1, help="Of the pictures, in pixels; by default the format's.")
+    ] = None,
     fps: Annotated[
         int, typer.Option(min=1, max=100, help="Control steps a second of a video or GIF; 10 is real time.")
     ] = 20,
@@ -77,8 +71,8 @@ def record(
     max_steps: Annotated[int, typer.Option(min=1, help="Steps of an episode at most.")] = MAX_CONTROL_STEPS,
 ) -> None:
     """Record episodes of a policy or of an evaluation as videos, as Parquet tables or as a LeRobot data set."""
-    plan = _Plan(
-        formats=_checked_formats(format or ["video"]),
+    plan = RecordingPlan(
+        formats=find_formats(format or ["video"]),
         cameras=cameras,
         width=width,
         height=height,
@@ -105,53 +99,6 @@ def record(
         console.print(f"recorded {len(chosen.records)} episodes in {recorder.finish()}")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Plan:
-    """What is recorded, and how it is drawn; sizes of 0 and cameras of ``None`` mean the format's own."""
-
-    formats: tuple[str, ...]
-    cameras: str | None
-    width: int
-    height: int
-    fps: int
-    backend: str
-    point_clouds: bool
-
-    def __post_init__(self) -> None:
-        """Refuse cameras that are not there before anything is run."""
-        for name in self.formats:
-            self._cameras(name)
-
-    def recorder(self, name: str, out: Path, episodes: RecordedEpisodes) -> Recorder:
-        """What writes one format."""
-        folder, settings = out / FOLDERS[name], self._settings(name, episodes.settings)
-        if name == "parquet":
-            return RolloutRecorder(folder, settings, episodes.keys)
-        if name == "lerobot":
-            return LeRobotRecorder(folder, settings, episodes.keys, self.backend)
-        return VideoRecorder(folder, settings, ".gif" if name == "gif" else ".mp4", self.backend)
-
-    def _settings(self, name: str, run: RunSettings) -> RecordingSettings:
-        clouds = self.point_clouds and name in ("parquet", "lerobot")
-        cameras = self._cameras(name)
-        if not cameras:
-            return RecordingSettings(run=run, point_clouds=clouds)
-        width, height = DEFAULT_SIZE_PX[name]
-        return RecordingSettings(
-            run=run,
-            point_clouds=clouds,
-            cameras=cameras,
-            width=self.width or width,
-            height=self.height or height,
-            fps=FPS if name == "lerobot" else self.fps,
-        )
-
-    def _cameras(self, name: str) -> tuple[str, ...]:
-        if name not in DEFAULT_CAMERAS or (name == "lerobot" and self.cameras == NO_CAMERAS):
-            return ()
-        return find_cameras((self.cameras or DEFAULT_CAMERAS[name]).split(","))
-
-
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class _Run:
     """A policy's episodes, kept as those of an evaluation are."""
@@ -168,10 +115,11 @@ class _Run:
 
 
 def _open_run(policy: str, scenes: str, out: Path | None, config: EvaluationConfig, threads: int) -> _Run:
-    collection = open_scenes(scenes)
+    collection = open_all_scenes(scenes)
     loaded = load_policy(policy, PolicyOptions(seed=config.seed, threads=threads))
     out = out or Path("recordings") / f"{loaded.name}-{Path(scenes).name}"
     evaluation = Evaluation(collection, loaded, out / EPISODES_FOLDER, config)
+    remember_scenes(out / EPISODES_FOLDER, scenes)
     return _Run(out=out, scenes=collection, evaluation=evaluation, is_planner=loaded.is_privileged)
 
 
@@ -191,11 +139,4 @@ def _open_recorded(folder: Path, scenes: str | None) -> RecordedEpisodes:
     if not folder.is_dir():
         raise MissingFileError("evaluation", folder, "make one with: clutter6d evaluate")
     found = scenes or read_model(folder / SCENES_FILE, ScenesLocation, what="scenes of the evaluation").scenes
-    return read_evaluation(folder, open_scenes(found))
-
-
-def _checked_formats(names: Sequence[str]) -> tuple[str, ...]:
-    for name in names:
-        if name not in FOLDERS:
-            raise UnknownNameError("format", name, FOLDERS)
-    return tuple(dict.fromkeys(names))
+    return read_evaluation(folder, open_all_scenes(found))
