@@ -13,6 +13,7 @@ from clutter6d.envs.point_cloud import (
     motion_in_world,
     point_clouds,
 )
+from clutter6d.envs.point_kernel import _compiled as compiled
 from clutter6d.envs.point_kernel import compiled_point_clouds
 from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import quat_normalize
@@ -92,3 +93,10 @@ def test_poses_that_are_no_numbers_still_give_full_clouds():
 def test_a_target_without_obstacles_is_refused():
     with pytest.raises(InvalidValueError, match="at least one obstacle"):
         SceneClouds.allocate(1, 1)
+
+
+def test_code_that_can_be_kept_nowhere_is_still_compiled():
+    """As on a read-only installation without a home directory; here: a function that is in no file."""
+    scope: dict = {}
+    exec("def double(value):\n    return 2 * value", scope)
+    assert compiled(scope["double"])(3) == 6
