@@ -7,7 +7,7 @@
 #   make test-slow   the long tests
 #   make test-real   the tests on the Debian furniture catalogue
 #   make test-lerobot  recorded data sets opened with LeRobot itself, in an environment of its own (8 GB)
-#   make bench       the speed measurements
+#   make bench       the speed measurements (RECORD=--record keeps them for the documentation)
 #   make web         the review page, into the package (needs Node.js and npm; only after changing web/review)
 #   make format      format and mend what the linter can mend
 #   make clean       delete .venv, demo/, site/ and the tools' caches
@@ -25,6 +25,8 @@ PYTEST := $(BIN)/python -m pytest -q
 CLUTTER6D := $(BIN)/clutter6d
 DEMO ?= demo
 WORKERS ?= $(shell getconf _NPROCESSORS_ONLN)
+BENCHMARKS := step_speed scaling physics_profile peers
+GENERATION_BENCHMARKS := placement_rate scene_rate
 export PYTHON
 
 .PHONY: help demo test test-slow test-real test-lerobot check docs bench web format clean
@@ -75,8 +77,11 @@ docs: $(VENV)/.installed-docs
 	@echo "make: building the documentation into site/" && NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 bench: $(VENV)/.installed-core
-	@echo "make: measuring; leave the machine alone meanwhile"
-	@set -e; for script in benchmarks/*.py; do echo "make: $$script"; $(BIN)/python $$script; done
+	@echo "make: measuring for about twenty minutes; leave the machine alone meanwhile"
+	@status=0; for script in $(BENCHMARKS); do echo "make: $$script"; \
+	  $(BIN)/python benchmarks/$$script.py $(RECORD) || status=1; done; \
+	for script in $(GENERATION_BENCHMARKS); do echo "make: $$script"; \
+	  $(BIN)/python benchmarks/$$script.py || status=1; done; exit $$status
 
 web:
 	@command -v npm >/dev/null || { echo "make: install Node.js with npm first"; exit 1; }

@@ -118,7 +118,7 @@ class PeerRun:
         """End the processes."""
         for process in self._processes:
             process.kill()
-            process.wait()
+            process.communicate()
         self._complaints.close()
 
 

@@ -16,7 +16,7 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 from bars import bar
-from tables import Report
+from tables import Report, add_record_option
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -86,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--envs", type=int, default=64)
     parser.add_argument("--peers", default="robosuite,genesis,panda-gym", help="comma-separated; empty for none")
-    parser.add_argument("--record", action="store_true", help="keep the table for the documentation")
+    add_record_option(parser)
     options = parser.parse_args(arguments)
     names = [name for name in options.peers.split(",") if name]
     report = Report("peers")
@@ -111,7 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         factor = "" if run in ours else f"{full / best[id(run)]:.1f} times"
         speeds = (f"{best[id(run)]:,.1f}", f"{busy[id(run)]:,.1f}")
         report.row(run.name, run.version, f"{run.objects}", f"{1000 * run.physics_step_s:g} ms", *speeds, factor)
-    report.keep(is_wanted=options.record)
+    report.keep(options.record)
     wanted = [best[id(run)] for run in peers.get(WANTED_PEER, ())]
     return 0 if all(full / rate >= WANTED_FACTOR for rate in wanted) else 1
 

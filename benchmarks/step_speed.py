@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from bars import bar
 from environment_runs import BareRun, EnvironmentRun, check_same_end, fastest
 from machine import cores, seconds_of
-from tables import Report
+from tables import Report, add_record_option
 
 from clutter6d.dataset.scenes import load_split
 from clutter6d.physics import CONTROL_STEP_S
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--tracks", default=",".join(SPLITS))
-    parser.add_argument("--record", action="store_true", help="keep the table for the documentation")
+    add_record_option(parser)
     options = parser.parse_args(arguments)
     threads = options.threads or cores()
     report = Report("step_speed")
@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ratios[track] = full / bare
         per_core = full * CONTROL_STEP_S / threads
         report.row(track, f"{bare:,.0f}", f"{full:,.0f}", f"{ratios[track]:.2f}", f"{per_core:,.0f}")
-    report.keep(is_wanted=options.record)
+    report.keep(options.record)
     return 0 if ratios.get("sparse", 1.0) >= WANTED_RATIO else 1
 
 

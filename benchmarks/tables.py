@@ -1,5 +1,6 @@
 """Measurements as Markdown: printed while they are made, and kept where the documentation includes them."""
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -45,10 +46,17 @@ class Report:
         padded = [first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)]
         self.say("| " + " | ".join(padded) + " |")
 
-    def keep(self, *, is_wanted: bool) -> None:
-        """Write the lines to where the documentation includes them, if that is wanted."""
-        if is_wanted:
-            MEASURED.mkdir(exist_ok=True)
-            path = MEASURED / f"{self._name}.md"
+    def keep(self, folder: Path | None) -> None:
+        """Write the lines into a folder, if there is one."""
+        if folder is not None:
+            folder.mkdir(exist_ok=True)
+            path = folder / f"{self._name}.md"
             path.write_text("\n".join(self._lines).strip() + "\n")
             print(f"kept in {path}")
+
+
+def add_record_option(parser: argparse.ArgumentParser) -> None:
+    """``--record [FOLDER]``: keep what is printed where the documentation includes it, or elsewhere."""
+    parser.add_argument(
+        "--record", type=Path, nargs="?", const=MEASURED, help="keep the tables (for the documentation)"
+    )
