@@ -1,6 +1,7 @@
 """A live view in MuJoCo's own viewer; needs a display."""
 
 import sys
+import threading
 import warnings
 from collections.abc import Mapping, Sequence
 from queue import SimpleQueue
@@ -20,6 +21,7 @@ from clutter6d.scene import Scene
 
 POINT_RADIUS_M = 0.003
 MAX_POINTS = 8192
+CLOSING_S = 10.0
 _GLFW_KEYS = {
     "space": 32, "enter": 257, "backspace": 259, "home": 268, "end": 269, "pageup": 266, "pagedown": 267,
     "arrowright": 262, "arrowleft": 263, "arrowdown": 264, "arrowup": 265,
@@ -39,6 +41,7 @@ class NativeView:
         self._keys: SimpleQueue[int] = SimpleQueue()
         self._help, self._text = "", ("", "")
         self._window: Any = None
+        self._threads: tuple[threading.Thread, ...] = ()
         self._data: mujoco.MjData | None = None
 
     @property
@@ -69,9 +72,11 @@ class NativeView:
         picture.model.vis.global_.fovy = EPISODE_VIEW.vertical_fov_deg
         data = self._data = mujoco.MjData(picture.model)
         data.qpos[:] = picture.initial_qpos
+        before = threading.enumerate()
         self._window = mujoco.viewer.launch_passive(
             picture.model, data, key_callback=self._keys.put, show_left_ui=False, show_right_ui=False
         )
+        self._threads = tuple(thread for thread in threading.enumerate() if thread not in before)
         with self._window.lock():
             self._window.opt.geomgroup[:] = [group in SHOWN_GROUPS for group in range(6)]
             camera = self._window.cam
@@ -115,6 +120,9 @@ class NativeView:
         if self._window is not None:
             self._window.close()
             self._window = None
+        for thread in self._threads:
+            thread.join(CLOSING_S)  # a window that still draws when Python ends takes it down
+        self._threads = ()
 
 
 def _check_display() -> None:
