@@ -19,6 +19,7 @@ from clutter6d.eval.evaluator import Evaluation, EvaluationConfig
 from clutter6d.eval.sample import PAPER_SAMPLE
 from clutter6d.play.live_view import LiveView
 from clutter6d.play.open_view import open_view
+from clutter6d.play.web_view import WebView
 from clutter6d.progress import progress_bars
 from clutter6d.schema import write_model
 from dapl_baselines.teleop.device import TeleopDevice
@@ -26,7 +27,7 @@ from dapl_baselines.teleop.devices import make_device, needed_port
 from dapl_baselines.teleop.dynamixel_bus import DynamixelBus
 from dapl_baselines.teleop.gello import BAUD_RATE, MOTOR_IDS
 from dapl_baselines.teleop.gello import calibrate as calibrate_gello
-from dapl_baselines.teleop.operator import OperatorLeftError
+from dapl_baselines.teleop.operator import OperatorLeftError, offered_actions
 from dapl_baselines.teleop.policy import TeleopPolicy
 from dapl_baselines.teleop.status import KEY_LINES, Status, to_line
 from dapl_baselines.teleop.terminal import Terminal
@@ -89,17 +90,21 @@ def teleop(
 
 
 class StatusLine:
-    """The terminal's last line, written over and over; in a file, one line whenever the phase changes."""
+    """The terminal's last line, written over and over; attempts and notes are lines that stay, in a file phases too."""
 
     def __init__(self) -> None:
-        self._is_terminal, self._last = sys.stdout.isatty(), ("", "")
+        self._is_terminal, self._last = sys.stdout.isatty(), (0, "", "")
 
     def show(self, status: Status) -> None:
         """Show how things stand."""
+        last, self._last = self._last, (status.number, status.phase, status.note)
+        if status.number != last[0]:
+            self.say(f"attempt {status.number} of {status.total}: {status.scene_id} pair {status.pair}")
+        if status.note and status.note != last[2]:
+            self.say(f"* {status.note}")
         if self._is_terminal:
             print(f"\r\x1b[K{to_line(status)[: shutil.get_terminal_size().columns - 1]}", end="", flush=True)
-        elif self._last != (status.phase, status.note):
-            self._last = status.phase, status.note
+        elif status.phase != last[1]:
             print(to_line(status), flush=True)
 
     def say(self, text: str) -> None:
@@ -111,8 +116,10 @@ def _introduce(held: TeleopDevice, view: LiveView | None, line: StatusLine) -> N
     for text in (*held.help_lines, *KEY_LINES):
         control, _, effect = text.partition("\t")
         line.say(f"  {control:18} {effect}")
-    if url := getattr(view, "url", None):
-        line.say(f"  the scene          {url}")
+    if view is not None:
+        view.offer(offered_actions(held))
+    if isinstance(view, WebView):
+        line.say(f"  the scene          {view.url}")
 
 
 def _attempt_all(evaluation: Evaluation, policy: TeleopPolicy, line: StatusLine) -> bool:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
@@ -33,6 +33,7 @@ class Command:
     wishes: tuple[Wish, ...] = ()
 
 
+@runtime_checkable
 class TeleopDevice(Protocol):
     """Something that a person moves; read once a control step, never waited for longer than a part of one."""
 

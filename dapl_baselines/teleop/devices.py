@@ -4,16 +4,16 @@ from pathlib import Path
 
 from clutter6d.errors import InvalidValueError, MissingFileError, UnknownNameError
 from clutter6d.schema import read_model
-from dapl_baselines.teleop.device import TeleopDevice
 from dapl_baselines.teleop.gamepad import GamepadDevice
 from dapl_baselines.teleop.gello import GelloCalibration, GelloDevice
 from dapl_baselines.teleop.keyboard import KeyboardDevice
 from dapl_baselines.teleop.spacemouse import SpaceMouseDevice
 
+Device = KeyboardDevice | GamepadDevice | SpaceMouseDevice | GelloDevice
 DEVICES = ("keyboard", "gamepad", "spacemouse", "gello")
 
 
-def make_device(name: str, port: Path | None, calibration: Path) -> TeleopDevice:
+def make_device(name: str, port: Path | None, calibration: Path) -> Device:
     """A device that is not connected yet.
 
     Args:

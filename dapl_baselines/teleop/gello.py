@@ -6,11 +6,11 @@ fingers closed. Signs and baud rate are those of GELLO's published build for the
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float64
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from clutter6d.errors import InvalidValueError
 from clutter6d.schema import FileModel
@@ -28,7 +28,8 @@ MAX_MISALIGNMENT_RAD = 0.35
 _MIDDLE_RAD = (JOINT_LOWER_RAD + JOINT_UPPER_RAD) / 2
 
 Seven = tuple[float, float, float, float, float, float, float]
-SevenIds = tuple[int, int, int, int, int, int, int]
+MotorId = Annotated[int, Field(ge=0, le=252)]
+SevenIds = tuple[MotorId, MotorId, MotorId, MotorId, MotorId, MotorId, MotorId]
 Sign = Literal[-1, 1]
 
 
@@ -48,6 +49,14 @@ class GelloCalibration(FileModel):
     motor_ids: SevenIds = MOTOR_IDS
     signs: tuple[Sign, Sign, Sign, Sign, Sign, Sign, Sign] = JOINT_SIGNS
     offsets_rad: Seven
+
+    @field_validator("motor_ids")
+    @classmethod
+    def _each_once(cls, motor_ids: SevenIds) -> SevenIds:
+        for motor in motor_ids:
+            if motor_ids.count(motor) > 1:
+                raise ValueError(f"motor {motor} twice")
+        return motor_ids
 
     def joint_angles(self, motor_angles: Float64[np.ndarray, "7"]) -> Float64[np.ndarray, "7"]:
         """Joint angles [rad] of what the motors show, in the turn that holds the joint's range."""

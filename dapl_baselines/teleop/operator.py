@@ -1,7 +1,7 @@
 """The person with a device in hand: when time goes on, and what the arm shall do."""
 
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float32, Float64
@@ -30,6 +30,7 @@ class OperatorLeftError(Clutter6DError):
     """The person left; everything is kept, and the same command goes on."""
 
 
+@runtime_checkable
 class KeySource(Protocol):
     """Where keys are pressed."""
 

@@ -136,8 +136,8 @@ def find_space_mouse(system: Path = _SYSTEM) -> Path:
         DeviceLostError: None is plugged in.
     """
     for entry in sorted(system.glob("hidraw*/device/uevent")):
-        fields = dict(line.partition("=")[::2] for line in entry.read_text().splitlines())
-        _, vendor, product = (int(part, 16) for part in fields.get("HID_ID", "0:0:0").split(":"))
+        named = [line.removeprefix("HID_ID=") for line in entry.read_text().splitlines() if line.startswith("HID_ID=")]
+        _, vendor, product = (int(part, 16) for part in (named or ["0:0:0"])[0].split(":"))
         if vendor == CONNEXION or (vendor == LOGITECH and product in LOGITECH_PRODUCTS):
             return Path("/dev") / entry.parts[-3]
     raise DeviceLostError("no SpaceMouse is plugged in; name its device file by --port /dev/hidrawN")

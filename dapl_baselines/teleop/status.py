@@ -56,14 +56,8 @@ class Status:
 
 
 def to_line(status: Status) -> str:
-    """The status in one line."""
-    parts = [
-        f"{status.number}/{status.total} {status.scene_id} pair {status.pair}",
-        f"{status.steps_left:3d} steps left",
-        f"{_errors(status)} to the goal",
-        _SAID[status.phase],
-    ]
-    return " | ".join([*parts, *([status.note] if status.note else [])])
+    """What changes all the time, in one line that fits a narrow terminal."""
+    return f"{_SAID[status.phase]} | {status.steps_left:3d} steps left | {_errors(status)} to the goal"
 
 
 def to_page(status: Status, help_lines: Sequence[str]) -> str:

@@ -24,7 +24,7 @@ class Terminal:
     """
 
     def __init__(self, file: int | None = None) -> None:
-        self._file = sys.stdin.fileno() if file is None else file
+        self._file = _standard_input() if file is None else file
         self.is_terminal = os.isatty(self._file)
         self.is_closed = False
         self._before: list[Any] | None = None
@@ -59,6 +59,14 @@ class Terminal:
             os.set_blocking(self._file, True)
         self.is_closed = not typed
         return key_names(typed.decode("ascii", errors="ignore"))
+
+
+def _standard_input() -> int:
+    """Its file descriptor; -1, which is no terminal, if there is none."""
+    try:
+        return sys.stdin.fileno()
+    except (AttributeError, OSError, ValueError):  # closed, or something else stands for it
+        return -1
 
 
 def key_names(typed: str) -> tuple[str, ...]:
