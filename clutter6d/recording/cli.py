@@ -95,8 +95,10 @@ def record(
         bar = progress.add_task(f"recording {', '.join(plan.formats)}", total=len(chosen.records))
         for _ in record_episodes(chosen, recorders, point_clouds=point_clouds):
             progress.advance(bar)
-    for recorder in recorders:
-        console.print(f"recorded {len(chosen.records)} episodes in {recorder.finish()}")
+        joining = progress.add_task("putting together", total=len(recorders))
+        for recorder in recorders:
+            progress.console.print(f"recorded {len(chosen.records)} episodes in {recorder.finish()}")
+            progress.advance(joining)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

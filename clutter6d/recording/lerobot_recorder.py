@@ -77,7 +77,7 @@ class LeRobotRecorder:
         """Join the episodes."""
         if not self._is_complete:
             join_episodes([self._parts.path(key) for key in self._keys], self._folder, self._settings)
-            self._parts.remove()
+        self._parts.remove()
         return self._folder
 
     def _film(self, part: Path, rollout: Rollout, model: SceneModel) -> dict[str, FeatureStats]:

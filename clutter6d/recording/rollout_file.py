@@ -66,11 +66,12 @@ class RolloutRecorder:
         write_bytes(part / EPISODES_FILE, table_bytes(episode_table(rollout)))
 
     def finish(self) -> Path:
-        """Put the two files together; the episodes' table comes last."""
+        """Put the two files together; without the episodes' table, which comes last, nothing counts as recorded."""
         if not self._is_complete:
+            (self._folder / EPISODES_FILE).unlink(missing_ok=True)
             for name in (STEPS_FILE, EPISODES_FILE):
                 join_tables([self._parts.path(key) / name for key in self._keys], self._folder / name, self._metadata)
-            self._parts.remove()
+        self._parts.remove()
         return self._folder
 
 

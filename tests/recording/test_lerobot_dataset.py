@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from clutter6d.errors import InvalidValueError
+from clutter6d.errors import InvalidValueError, StorageError
 from clutter6d.recording import lerobot_dataset
 from clutter6d.recording.lerobot_features import frame_arrays
 from clutter6d.recording.lerobot_recorder import LeRobotRecorder
@@ -214,6 +214,21 @@ def test_a_stopped_recording_goes_on_where_it_was_and_is_equal(recorded, episode
     assert len(record(episodes, tmp_path, settings).kept) == 1
     assert files(tmp_path) == files(recorded[0])
     assert not hasattr(record(episodes, tmp_path, settings), "kept")
+
+
+def test_what_was_stopped_while_it_was_put_together_is_put_together_again(episodes, tmp_path, monkeypatch):
+    settings = RecordingSettings(run=episodes.settings)
+    record(episodes, tmp_path / "whole", settings)
+
+    def full(*arguments):
+        raise StorageError("disk full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(lerobot_dataset, "write_meta", full)
+        with pytest.raises(StorageError):
+            record(episodes, tmp_path / "stopped", settings)
+    assert not hasattr(record(episodes, tmp_path / "stopped", settings), "kept")
+    assert files(tmp_path / "stopped") == files(tmp_path / "whole")
 
 
 def test_licences_name_every_asset_once(recorded):

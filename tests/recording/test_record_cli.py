@@ -14,6 +14,9 @@ from clutter6d.recording import read_rollouts
 from tests.bad_inputs.harness import COMMAND
 from tests.recording.recorded import files
 from tests.scene_fixtures import write_box_scene_set
+from tests.test_docs import ROOT, blocks
+
+PAGE = ROOT / "docs" / "record.md"
 
 POLICY = ["record", "--policy", "random", "--max-steps", "5", "--threads", "1"]
 SMALL = ["--width", "48", "--height", "32", "--backend", "raycast"]
@@ -66,6 +69,20 @@ def test_more_episodes_and_another_format_go_on_from_what_was_run(made, tmp_path
     assert all(path.stat().st_mtime_ns == before for path, before in journal.items())
     assert len(list(read_rollouts(tmp_path))) == 2
     assert not (tmp_path / "lerobot" / "videos").exists()
+
+
+def test_the_documentations_examples_work(made, tmp_path, monkeypatch, capsys):
+    recording = tmp_path / "recordings" / "planner-sparse-test"
+    assert run(["record", str(made / "results"), "--format", "parquet", "--out", str(recording)]) == 0
+    capsys.readouterr()
+    monkeypatch.chdir(tmp_path)
+    with_pandas, with_loader = (block for block in blocks(PAGE, "python") if "lerobot" not in block)
+    found: dict[str, object] = {}
+    exec(compile(with_pandas, PAGE.name, "exec"), found)
+    assert len(found["returns"]) == 6
+    assert found["poses"].shape == (30, 4, 7)
+    exec(compile(with_loader, PAGE.name, "exec"), {})
+    assert len(capsys.readouterr().out.splitlines()) == 6
 
 
 @pytest.mark.slow

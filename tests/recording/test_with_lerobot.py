@@ -15,8 +15,9 @@ from clutter6d.recording.lerobot_features import IMAGE_PREFIX, frame_arrays
 from clutter6d.recording.lerobot_recorder import LeRobotRecorder
 from clutter6d.recording.recording import RecordingSettings, record_episodes
 from clutter6d.recording.source import read_evaluation
+from tests.test_docs import ROOT, blocks
 
-CHECK = Path(__file__).resolve().parents[2] / "examples" / "check_lerobot_dataset.py"
+CHECK, PAGE = ROOT / "examples" / "check_lerobot_dataset.py", ROOT / "docs" / "record.md"
 PYTHON = os.environ.get("CLUTTER6D_LEROBOT_PYTHON", "")
 CAMERAS = ("front", "left", "right")
 SIZE = {"width": 320, "height": 240}
@@ -73,3 +74,15 @@ def test_lerobot_gives_back_what_was_recorded(tmp_path, point_clouds):
         assert f"ok  {name} is what was recorded" in done.stdout
     for camera in CAMERAS:
         assert f"ok  {IMAGE_PREFIX}{camera} decodes to what was drawn" in done.stdout
+        assert f"ok  {IMAGE_PREFIX}{camera} shows every frame in its place" in done.stdout
+    check_documented_example(tmp_path, environment)
+
+
+def check_documented_example(tmp_path: Path, environment: dict[str, str]) -> None:
+    (tmp_path / "recordings" / "planner-sparse-test").mkdir(parents=True)
+    (tmp_path / "recordings" / "planner-sparse-test" / "lerobot").symlink_to(tmp_path / "lerobot")
+    (example,) = (block for block in blocks(PAGE, "python") if "lerobot" in block)
+    command = [PYTHON, "-c", example]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "torch.Size([39]) torch.Size([3, 240, 320])" in done.stdout
