@@ -131,8 +131,8 @@ def test_a_person_watches_steps_and_chooses(browser: Browser, view: WebView) -> 
         page.get_by_role("option", name="boxes-2").click()
         says(page, "scene", "^boxes-2$")
 
-        page.get_by_role("button", name="table", exact=True).click()
         before = picture(page)
+        page.get_by_role("button", name="table", exact=True).click()
         wait_for_picture(page, lambda image: (np.abs(image - before).max(axis=-1) > 30).mean() > 0.05)
 
 
