@@ -2,7 +2,6 @@
 
 import shutil
 import sys
-import time
 from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Annotated
@@ -22,17 +21,13 @@ from clutter6d.play.open_view import open_view
 from clutter6d.play.web_view import WebView
 from clutter6d.progress import progress_bars
 from clutter6d.schema import write_model
+from dapl_baselines.teleop.calibration import read_calibration
 from dapl_baselines.teleop.device import TeleopDevice
 from dapl_baselines.teleop.devices import make_device, needed_port
-from dapl_baselines.teleop.dynamixel_bus import DynamixelBus
-from dapl_baselines.teleop.gello import BAUD_RATE, MOTOR_IDS
-from dapl_baselines.teleop.gello import calibrate as calibrate_gello
 from dapl_baselines.teleop.operator import OperatorLeftError, offered_actions
 from dapl_baselines.teleop.policy import TeleopPolicy
 from dapl_baselines.teleop.status import KEY_LINES, Status, to_line
 from dapl_baselines.teleop.terminal import Terminal
-
-CALIBRATION_SAMPLES = 20
 
 
 def teleop(
@@ -155,12 +150,5 @@ def _finish(evaluation: Evaluation, out: Path) -> None:
 def _calibrate(device: str, port: Path, path: Path) -> None:
     if device != "gello":
         raise InvalidValueError(f"a {device} needs no calibration; leave out --calibrate")
-    bus = DynamixelBus(port, MOTOR_IDS, BAUD_RATE)
-    with closing(bus):
-        bus.open()
-        readings: list[np.ndarray] = []
-        for _ in range(CALIBRATION_SAMPLES):
-            readings.append(bus.angles())
-            time.sleep(0.02)
-    write_model(path, calibrate_gello(np.stack(readings)))
+    write_model(path, read_calibration(port))
     print(f"written to {path}")

@@ -22,8 +22,8 @@ class Command:
     """What a device says; of ``deflection`` and ``joints`` at most one is given, and neither asks for no movement.
 
     Attributes:
-        deflection: Of full speed, -1 to 1: translation of the finger tips along world x, y, z, then rotation about
-            them. x points away from the robot, y to its left, z up.
+        deflection: Of full speed, -1 to 1, in the person's axes: translation of the finger tips away from the person,
+            to their left and up, then rotation about these axes.
         joints: Joint angles to go to [rad].
         wishes: What was asked for since the last command, in order.
     """

@@ -25,9 +25,9 @@ class GamepadDevice:
     name = "gamepad"
     settings: Mapping[str, object] = {"dead_band": DEAD_BAND}
     help_lines = (
-        "left stick\taway, back, left, right",
+        "left stick\tthe finger tips away from you, back, left, right",
         "triggers\tright: up, left: down",
-        "right stick\tlean the hand away, back; turn it",
+        "right stick\tlean the hand away from you, back; turn it",
         "shoulder buttons\tlean it left, right",
         "start\tstart, pause, go on",
         "back\tgive up, twice",

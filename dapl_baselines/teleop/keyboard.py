@@ -40,10 +40,10 @@ class KeyboardDevice:
     name = "keyboard"
     settings: Mapping[str, object] = {"speeds": SPEEDS, "hold_s": HOLD_S}
     help_lines = (
-        "i k\taway from the robot, back",
+        "i k\tthe finger tips away from you, back",
         "j l\tleft, right",
         "o u\tup, down",
-        "t g\tlean the hand away, back",
+        "t g\tlean the hand away from you, back",
         "f h\tlean it left, right",
         "r y\tturn it left, right",
         "1 2 3\tslow, normal, fast",

@@ -13,6 +13,9 @@ from clutter6d.sim.robot import JOINT_LOWER_RAD, JOINT_UPPER_RAD, hand_pose
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
 from dapl_baselines.teleop.device import Command, DeviceLostError
 
+PERSON_TO_WORLD = np.array([-1.0, -1.0, 1.0])
+"""The person sits across the table and faces the robot, as the viewers' cameras do: away from them is towards it."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MotionConfig:
@@ -69,9 +72,10 @@ def hand_delta(
 
     A person pushes with the finger tips, so the hand turns about the point between them.
     """
-    turn = motion.rotation_rad * deflection[3:]
+    turn = motion.rotation_rad * PERSON_TO_WORLD * deflection[3:]
     fingers = TIP_OFFSET_M * quat_to_matrix(hand_pose(arm_qpos[None])[:, 3:])[0, :, 2]
-    return np.concatenate([motion.translation_m * deflection[:3] - np.cross(turn, fingers), turn])
+    step = motion.translation_m * PERSON_TO_WORLD * deflection[:3]
+    return np.concatenate([step - np.cross(turn, fingers), turn])
 
 
 def _numbers(values: Float64[np.ndarray, "n"], what: str) -> Float64[np.ndarray, "n"]:

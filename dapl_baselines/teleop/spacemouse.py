@@ -41,7 +41,7 @@ class SpaceMouseDevice:
     name = "spacemouse"
     settings: Mapping[str, object] = {"full_scale": FULL_SCALE, "dead_band": DEAD_BAND}
     help_lines = (
-        "push, lift\tmove the finger tips",
+        "push, lift\tmove the finger tips, as you face the robot",
         "tilt, twist\tturn the hand about them",
         "left button\tstart, pause, go on",
         "right button\tgive up, twice",
@@ -120,7 +120,7 @@ class SpaceMouseDevice:
 
 
 def to_deflection(raw: Float64[np.ndarray, "6"]) -> Float64[np.ndarray, "6"]:
-    """Raw values as a deflection in the world frame, for a person who looks the way the robot does."""
+    """Raw values as a deflection in the person's axes."""
     share = np.clip(raw / FULL_SCALE, -1.0, 1.0)
     share = np.sign(share) * np.maximum(np.abs(share) - DEAD_BAND, 0.0) / (1 - DEAD_BAND)
     return -share[[1, 0, 2, 4, 3, 5]]

@@ -87,7 +87,7 @@ def options(scenes, out, *more, device="keyboard", steps=8):
 def test_a_person_at_the_keyboard_drives_and_is_evaluated(scenes, tmp_path, capsys):
     out = tmp_path / "out"
     with TypedInto(*options(scenes, out), "--operator", "left-hand") as command:
-        command.wait_for("away from the robot")
+        command.wait_for("away from you")
         for number, scene in enumerate(("boxes-0", "boxes-1"), start=1):
             command.wait_for(f"attempt {number} of 2: {scene} pair 0")
             command.wait_for("READY")

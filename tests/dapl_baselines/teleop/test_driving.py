@@ -17,7 +17,7 @@ from tests.scene_fixtures import make_box_scene_set
 WAY = [(-0.05, -0.2, 0.3), (-0.05, -0.2, 0.045), (-0.05, 0.2, 0.045)]
 """Above a place beside the target, down to the table, through the target."""
 CLOSE_M = 0.012
-KEYS = (("k", "i"), ("l", "j"), ("u", "o"))
+KEYS = (("i", "k"), ("j", "l"), ("u", "o"))
 
 
 class Looker(Window):

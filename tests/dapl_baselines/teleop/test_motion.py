@@ -6,7 +6,7 @@ from clutter6d.geometry import quat_to_matrix
 from clutter6d.sim.robot import HOME_QPOS, JOINT_LOWER_RAD, JOINT_UPPER_RAD, hand_pose
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
 from dapl_baselines.teleop.device import Command, DeviceLostError
-from dapl_baselines.teleop.motion import MotionConfig, residuals_of
+from dapl_baselines.teleop.motion import PERSON_TO_WORLD, MotionConfig, residuals_of
 
 ACTION, MOTION = ActionConfig(), MotionConfig()
 
@@ -27,8 +27,15 @@ def test_translation_moves_the_finger_tips_along_a_world_axis(axis, sign):
     deflection = np.zeros(6)
     deflection[axis] = 0.5 * sign
     moved = tips(HOME_QPOS + ask(Command(deflection=deflection)))[0] - tips(HOME_QPOS)[0]
-    expected = 0.5 * sign * MOTION.translation_m * np.eye(3)[axis]
+    expected = 0.5 * sign * MOTION.translation_m * PERSON_TO_WORLD * np.eye(3)[axis]
     np.testing.assert_allclose(moved, expected, atol=0.1 * MOTION.translation_m)
+
+
+def test_away_from_the_person_is_towards_the_robot():
+    away = tips(HOME_QPOS + ask(Command(deflection=np.array([1.0, 0, 0, 0, 0, 0]))))[0] - tips(HOME_QPOS)[0]
+    left = tips(HOME_QPOS + ask(Command(deflection=np.array([0, 1.0, 0, 0, 0, 0]))))[0] - tips(HOME_QPOS)[0]
+    assert away[0] < -0.02
+    assert left[1] < -0.02
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -40,7 +47,7 @@ def test_rotation_turns_the_hand_about_its_finger_tips(axis):
     np.testing.assert_allclose(after, before, atol=0.004)
     turn = rotation_after @ rotation_before.T
     vector = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    np.testing.assert_allclose(vector, 0.5 * MOTION.rotation_rad * np.eye(3)[axis], atol=0.012)
+    np.testing.assert_allclose(vector, 0.5 * MOTION.rotation_rad * PERSON_TO_WORLD * np.eye(3)[axis], atol=0.012)
 
 
 def test_joint_angles_are_followed_by_at_most_the_action_scale():
