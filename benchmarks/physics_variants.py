@@ -29,7 +29,6 @@ class Variant:
         is_persistent: Whether the batch keeps one ``MjData`` for each simulation.
         physics_step_s: Of the models.
         start_offset_m: By how much the target is moved at the start of a push.
-        is_shared: Whether models differ in layout, so that each simulation needs a batch of its own.
     """
 
     name: str
@@ -145,11 +144,16 @@ def unpadded(tasks: Tasks) -> Models:
 
 
 REFERENCE = Variant(name="the benchmark's setting", models=as_they_are)
-PERTURBED = Variant(name="the same, target moved by 1 µm before the push", models=as_they_are, start_offset_m=1e-6)
+YARDSTICKS = tuple(
+    Variant(name=f"the same, target moved by {text} before", models=as_they_are, start_offset_m=offset_m)
+    for text, offset_m in (("1 µm", 1e-6), ("0.1 mm", 1e-4))
+)
+"""How much a push forgives: settings of other physics are seen beside these."""
+
 _ELLIPTIC = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
 
 VARIANTS = (
-    PERTURBED,
+    *YARDSTICKS,
     Variant(name="memory: a persistent batch", models=as_they_are, is_persistent=True),
     *(parts(most) for most in (8, 4, 2, 1)),
     option("solver: CG", solver=int(mujoco.mjtSolver.mjSOL_CG)),
