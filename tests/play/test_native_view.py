@@ -26,12 +26,10 @@ policy = RandomPolicy(scale_rad=0.1, policy_hash="random")
 session = PlaySession(live_playlist(make_box_scene_set(2), policy))
 view = NativeView()
 player = Player(session, view)
-for _ in range(40):
+while session.frame.step < 2:
     player.tick()
-    time.sleep(0.02)
-assert session.frame.step > 1, session.frame.step
 picture = view._window.viewport
-assert picture.width > 100 and picture.height > 100
+assert picture.width > 50 and picture.height > 50
 view._keys.put(ord("P"))
 player.tick()
 assert view._window.user_scn.ngeom == 512 + 512 + 256
@@ -59,7 +57,7 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_episode_is_played_in_a_window() -> None:
     if shutil.which("xvfb-run") is None and not os.environ.get("CI"):
         pytest.skip("no Xvfb here; on Debian: apt-get install xvfb")
-    display = ["xvfb-run", "--auto-servernum", "--server-args=-screen 0 640x480x24"]
+    display = ["xvfb-run", "--auto-servernum", "--server-args=-screen 0 320x240x24"]
     done = subprocess.run(
         [*display, sys.executable, "-c", SHOWS_AND_ASKS], capture_output=True, text=True, timeout=300, check=False
     )
