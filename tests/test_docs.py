@@ -55,3 +55,10 @@ def test_the_example_policy_works() -> None:
     actions = policy.act(inputs)
     assert (actions.shape, actions.dtype) == ((3, 7), np.float32)
     assert len(policy.policy_hash) == 64
+
+
+def test_the_examples_of_the_environments_page_run() -> None:
+    names: dict[str, object] = {}
+    for example in blocks(ROOT / "docs" / "environments.md", "python")[:2]:
+        exec(compile(example, "docs/environments.md", "exec"), names)
+    assert names["observations"]["object_points"].shape == (64, 512, 7)  # type: ignore[index]
