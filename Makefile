@@ -25,7 +25,7 @@ PYTEST := $(BIN)/python -m pytest -q
 CLUTTER6D := $(BIN)/clutter6d
 DEMO ?= demo
 WORKERS ?= $(shell getconf _NPROCESSORS_ONLN)
-BENCHMARKS := step_speed scaling physics_profile peers
+BENCHMARKS := step_speed scaling physics_profile peers option_costs observation_kernels
 GENERATION_BENCHMARKS := placement_rate scene_rate
 export PYTHON
 

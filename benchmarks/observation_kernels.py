@@ -21,7 +21,7 @@ import numpy as np
 from bars import bar
 from machine import cores, seconds_of
 from numpy_clouds import numpy_point_clouds
-from tables import Report
+from tables import Report, add_record_option
 
 from clutter6d.envs.point_cloud import (
     PointClouds,
@@ -126,7 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--slots", type=int, default=64)
     parser.add_argument("--objects", default="4,8,12")
     parser.add_argument("--rounds", type=int, default=30)
-    parser.add_argument("--record", action="store_true", help="keep the table for the documentation")
+    add_record_option(parser)
     options = parser.parse_args(arguments)
     sizes = [int(objects) for objects in options.objects.split(",")]
     report = Report("observation_kernels")
@@ -139,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         report.head(f"threads: {threads}", *(f"{objects} objects" for objects in sizes))
         for name in columns[0]:
             report.row(name, *(f"{column[name]:.2f} ({column[name] / column['numba']:.1f})" for column in columns))
-    report.keep(is_wanted=options.record)
+    report.keep(options.record)
     return 0
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from frozen_tasks import SPLITS, Tasks, load_tasks
 from machine import seconds_of
-from tables import Report
+from tables import Report, add_record_option
 
 from clutter6d.envs.cameras import DEFAULT_CAMERAS, CameraRig
 from clutter6d.envs.env_config import EnvConfig
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--envs", type=int, default=64)
     parser.add_argument("--calls", type=int, default=10)
     parser.add_argument("--track", default="sparse", choices=SPLITS)
-    parser.add_argument("--record", action="store_true", help="keep the table for the documentation")
+    add_record_option(parser)
     options = parser.parse_args(arguments)
     tasks, report = load_tasks(SPLITS[options.track], options.envs), Report("option_costs")
     report.say(f"{options.envs} environments, {options.track} scenes; milliseconds per environment.")
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     measure_variation(report, tasks)
     for backend in dict.fromkeys((choose_backend(), "raycast")):
         measure_cameras(report, tasks.head(DRAWN_SCENES), backend, options.calls)
-    report.keep(is_wanted=options.record)
+    report.keep(options.record)
 
 
 def mean_ms(run: Callable[[], object], calls: int, per_call: int) -> str:
