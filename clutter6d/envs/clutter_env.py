@@ -9,9 +9,10 @@ from gymnasium.vector import AutoresetMode
 from jaxtyping import Float32
 
 from clutter6d.dataset.scenes import SceneCollection
+from clutter6d.envs.batched_env import DEFAULT_SPLIT
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.info import Info, of_one
-from clutter6d.envs.vector_env import DEFAULT_SPLIT, ClutterVectorEnv, Observations
+from clutter6d.envs.vector_env import ClutterVectorEnv, Observations
 from clutter6d.errors import InvalidValueError
 from clutter6d.render.picture import Image
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import Final, cast
 
 import numpy as np
 from jaxtyping import Float32
@@ -13,10 +13,12 @@ from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.episode_streams import EpisodeStreams
 from clutter6d.envs.reward import RewardTerms
 from clutter6d.envs.slots import ClutterSlots, Slots
-from clutter6d.envs.tasks import Task, TaskSource
 from clutter6d.envs.termination import GoalErrors, Outcome, find_outcome, is_at_goal
 from clutter6d.envs.unstable_state import report_unstable
 from clutter6d.sim.scene_model import joint_state
+
+MIN_KEPT_SCENES: Final = 64
+"""Scenes that cameras keep ready at least."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -38,8 +40,7 @@ class EpisodeSlots:
     """Slots that run one episode after another.
 
     Args:
-        source: Where the tasks come from.
-        size: Slots.
+        streams: The episodes of each slot.
         config: Actions, observation, physics, reward and termination.
         threads: Threads of simulation and observation; 0 for all cores.
         unstable_dir: Where the state before an invalid step is kept.
@@ -49,33 +50,15 @@ class EpisodeSlots:
     """
 
     def __init__(
-        self, source: TaskSource, size: int, config: EnvConfig, *, threads: int = 0, unstable_dir: Path | None = None
+        self, streams: EpisodeStreams, config: EnvConfig, *, threads: int = 0, unstable_dir: Path | None = None
     ) -> None:
-        self._streams = EpisodeStreams(source, size, config)
-        self.core = ClutterSlots([task.model for task in self._streams.tasks], config, threads=threads)
-        self._unstable_dir = unstable_dir
-        self._rig = CameraRig(config.cameras, kept_scenes=max(size, 64)) if config.cameras else None
-
-    @property
-    def tasks(self) -> tuple[Task, ...]:
-        """The task of each slot."""
-        return self._streams.tasks
-
-    def seed(self, seeds: Sequence[int | None]) -> None:
-        """Start the slots' streams of episodes anew; ``None``: that slot's goes on."""
-        self._streams.seed(seeds)
+        self._streams, self._unstable_dir = streams, unstable_dir
+        self.core = ClutterSlots([task.model for task in streams.tasks], config, threads=threads)
+        kept = max(self.core.size, MIN_KEPT_SCENES)
+        self._rig = CameraRig(config.cameras, kept_scenes=kept) if config.cameras else None
 
     def begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
-        """Start the next episode of each slot's stream.
-
-        Args:
-            slots: Which.
-            chosen: Scene and pair of each; ``None``: drawn. What else an episode draws comes from the stream.
-
-        Raises:
-            UnknownNameError: There is no scene of that id, or no object of a name in ``mass_scale``.
-            InvalidValueError: The scene has no such pair.
-        """
+        """Start the next episode of slots; arguments and errors as :meth:`EpisodeStreams.advance`."""
         starts = self._streams.advance(slots, chosen)
         self.core.load(
             slots,

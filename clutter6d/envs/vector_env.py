@@ -1,37 +1,32 @@
 """Gymnasium's vector environment: many scenes side by side, stepped in one batch on all cores."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector import AutoresetMode
 from jaxtyping import Float32
 
-from clutter6d.dataset.scenes import SceneCollection, open_scenes
+from clutter6d.dataset.scenes import SceneCollection
+from clutter6d.envs.batched_env import DEFAULT_SPLIT, BatchedEnv, open_tasks
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.episodes import EpisodeSlots, StepResult
 from clutter6d.envs.frames import FrameRenderer
 from clutter6d.envs.info import Info, describe_start, describe_step, overlay, restrict, spread
-from clutter6d.envs.reset_options import read_reset_options
 from clutter6d.envs.slots import Slots
-from clutter6d.envs.spaces import make_action_space, make_observation_space
-from clutter6d.envs.tasks import TaskSource
 from clutter6d.errors import InvalidValueError, UnknownNameError
 from clutter6d.render.picture import Image
 from clutter6d.sim.scene_model import joint_state
 
-DEFAULT_SPLIT: Final = "sparse-train"
 RENDER_MODES: Final = ("rgb_array",)
 
 Observations = dict[str, np.ndarray]
 Step = tuple[Observations, np.ndarray, np.ndarray, np.ndarray, Info]
 
 
-class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
+class ClutterVectorEnv(BatchedEnv[np.ndarray]):
     """Environments that step together, each with a scene and a goal pair of its own.
 
     At each reset an environment draws a scene and one of its goal pairs, evenly, from a stream that belongs to its
@@ -75,68 +70,15 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         kept_models: int = 1024,
         unstable_dir: Path | str | None = None,
     ) -> None:
-        config = config or EnvConfig()
-        if max_episode_steps is not None:
-            config = replace(config, termination=replace(config.termination, max_steps=max_episode_steps))
-        if num_envs < 1:
-            raise InvalidValueError(f"num_envs is {num_envs}; at least 1 is needed")
         if render_mode not in (None, *RENDER_MODES):
             raise UnknownNameError("render mode", str(render_mode), RENDER_MODES)
-        self.num_envs, self.render_mode = num_envs, render_mode
-        self.metadata = {**self.metadata, "autoreset_mode": read_autoreset_mode(autoreset_mode)}
-        self._episodes = EpisodeSlots(
-            open_tasks(split, track, kept_models),
-            num_envs,
-            config,
-            threads=threads,
-            unstable_dir=None if unstable_dir is None else Path(unstable_dir),
-        )
-        objects = self._episodes.tasks[0].model.object_count
-        self.single_observation_space = make_observation_space(objects, config)
-        self.single_action_space = make_action_space(config.action)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        source = open_tasks(split, track, kept_models)
+        super().__init__(num_envs, source, config or EnvConfig(), autoreset_mode, max_episode_steps)
+        self.render_mode = render_mode
+        where = None if unstable_dir is None else Path(unstable_dir)
+        self._episodes = EpisodeSlots(self.streams, self.config, threads=threads, unstable_dir=where)
         self._frames = FrameRenderer() if render_mode else None
         self._is_over = np.zeros(num_envs, dtype=bool)
-        self._is_seeded = self._has_begun = False
-        self.training_step = 0
-
-    @property
-    def config(self) -> EnvConfig:
-        """Actions, observations, reward and termination."""
-        return self._episodes.core.config
-
-    @property
-    def action_scale_rad(self) -> float:
-        """Largest residual of a joint in one control step [rad]; may be set, the action space stays the same."""
-        return self.config.action.action_scale_rad
-
-    @action_scale_rad.setter
-    def action_scale_rad(self, value: float) -> None:
-        core = self._episodes.core
-        core.config = replace(core.config, action=replace(core.config.action, action_scale_rad=value))
-
-    def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, Info]:
-        """Start episodes in all environments, or in those of ``options["reset_mask"]``.
-
-        Args:
-            seed: Of the streams that scenes and goal pairs are drawn from: one for each environment, or the first
-                one's, the others following by one each; ``None`` goes on with the streams there are.
-            options: See :func:`clutter6d.envs.reset_options.read_reset_options`.
-
-        Raises:
-            UnknownNameError: An unknown option or scene.
-            InvalidValueError: A value that is not allowed.
-        """
-        chosen = read_reset_options(options, self.num_envs)
-        self._seed(seed)
-        if not self._has_begun and len(chosen.slots) < self.num_envs:
-            raise InvalidValueError("the first reset starts all environments; leave reset_mask out")
-        self._begin(chosen.slots, chosen.chosen)
-        self._has_begun = True
-        return self._episodes.observe(), self._describe(chosen.slots)
 
     def step(self, actions: Float32[np.ndarray, "env action"]) -> Step:
         """Advance every environment by one control step of 0.1 s.
@@ -154,13 +96,11 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         resetting, acting = np.flatnonzero(was_over), np.flatnonzero(~was_over)
         if len(resetting):
             self._begin(resetting)
-        if self.config.action.curriculum is not None:
-            self.action_scale_rad = self.config.action.curriculum.at(self.training_step)
-        self.training_step += 1
+        self._count_step()
         result = self._episodes.step(acting, actions[acting])
         rewards, terminated, truncated = self._outcome_arrays(acting, result)
         info = self._describe(np.arange(self.num_envs)) | spread(describe_step(result), acting, self.num_envs)
-        observations = self._episodes.observe()
+        observations = self._observe()
         self._is_over = terminated | truncated
         if mode is AutoresetMode.SAME_STEP and self._is_over.any():
             observations, info = self._reset_now(observations, info)
@@ -172,8 +112,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
             return None
         arm, poses = self._episodes.core.batch.arm_qpos, self._episodes.core.batch.object_poses
         return tuple(
-            self._frames.draw(task, joint_state(poses[slot], arm[slot]))
-            for slot, task in enumerate(self._episodes.tasks)
+            self._frames.draw(task, joint_state(poses[slot], arm[slot])) for slot, task in enumerate(self.streams.tasks)
         )
 
     def close_extras(self, **_: Any) -> None:
@@ -182,14 +121,11 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         if self._frames is not None:
             self._frames.close()
 
-    def _seed(self, seed: int | Sequence[int | None] | None) -> None:
-        if seed is None and not self._is_seeded:
-            seed = cast(int, self.np_random_seed)
-        if isinstance(seed, int):
-            super().reset(seed=seed)
-            seed = [seed + slot for slot in range(self.num_envs)]
-        self._episodes.seed([None] * self.num_envs if seed is None else list(seed))
-        self._is_seeded = True
+    def _use_config(self) -> None:
+        self._episodes.core.config = self.config
+
+    def _observe(self) -> Observations:
+        return self._episodes.observe()
 
     def _begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
         self._episodes.begin(slots, chosen)
@@ -207,7 +143,7 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         return given
 
     def _describe(self, slots: Slots) -> Info:
-        tasks, errors = self._episodes.tasks, self._episodes.core.errors(slots)
+        tasks, errors = self.streams.tasks, self._episodes.core.errors(slots)
         return spread(describe_start([tasks[slot] for slot in slots], errors), slots, self.num_envs)
 
     def _outcome_arrays(self, acting: Slots, result: StepResult) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -232,28 +168,3 @@ class ClutterVectorEnv(VectorEnv[Observations, np.ndarray, np.ndarray]):
         for name, value in self._episodes.observe(over).items():
             last[name][over] = value
         return last, overlay(kept, self._describe(over)) | ended
-
-
-def read_autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    """Gymnasium's mode of a name.
-
-    Raises:
-        UnknownNameError: There is no such mode.
-    """
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        raise UnknownNameError("autoreset mode", str(mode), [known.value for known in AutoresetMode]) from None
-
-
-def open_tasks(split: str | Path | SceneCollection, track: str | None, kept_models: int) -> TaskSource:
-    """The tasks of a split, a folder of scenes, or scenes.
-
-    Raises:
-        InvalidValueError: They are of another track.
-    """
-    source = TaskSource(open_scenes(split) if isinstance(split, (str, Path)) else split, kept_models=kept_models)
-    if track is not None and source.tracks != {track}:
-        found = ", ".join(sorted(source.tracks))
-        raise InvalidValueError(f"these scenes are of the track {found}, not {track}; give others by split=")
-    return source

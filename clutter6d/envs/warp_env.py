@@ -2,24 +2,19 @@
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, cast
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector import AutoresetMode
 from jaxtyping import Bool, Float32, Int
 
 from clutter6d.dataset.scenes import SceneCollection
+from clutter6d.envs.batched_env import DEFAULT_SPLIT, BatchedEnv, open_tasks
 from clutter6d.envs.env_config import EnvConfig
-from clutter6d.envs.episode_streams import EpisodeStreams
-from clutter6d.envs.reset_options import read_reset_options
 from clutter6d.envs.slots import Slots
-from clutter6d.envs.spaces import make_action_space, make_observation_space
 from clutter6d.envs.termination import OUTCOMES
-from clutter6d.envs.vector_env import DEFAULT_SPLIT, open_tasks, read_autoreset_mode
 from clutter6d.envs.warp_info import DeviceInfo, TaskNames, describe_start, describe_step, end_of_episode
 from clutter6d.envs.warp_slots import WarpSlots
 from clutter6d.errors import InvalidValueError
@@ -33,7 +28,7 @@ _TIMEOUT: Final = OUTCOMES.index("timeout")
 _log = logging.getLogger(__name__)
 
 
-class WarpVectorEnv(VectorEnv[Observations, torch.Tensor, torch.Tensor]):
+class WarpVectorEnv(BatchedEnv[torch.Tensor]):
     """Environments that step together on a GPU, each with a scene and a goal pair of its own.
 
     The same observations, actions, rewards and episodes as :class:`~clutter6d.envs.vector_env.ClutterVectorEnv`, as
@@ -75,55 +70,17 @@ class WarpVectorEnv(VectorEnv[Observations, torch.Tensor, torch.Tensor]):
         kept_models: int = 1024,
         sizes: BufferSizes | None = None,
     ) -> None:
-        config = _checked_config(config or EnvConfig(), max_episode_steps)
-        if num_envs < 1:
-            raise InvalidValueError(f"num_envs is {num_envs}; at least 1 is needed")
-        self.num_envs = num_envs
-        self.metadata = {**self.metadata, "autoreset_mode": read_autoreset_mode(autoreset_mode)}
-        self._streams = EpisodeStreams(open_tasks(split, track, kept_models), num_envs, config)
-        models = [task.model for task in self._streams.tasks]
-        self.slots = WarpSlots(models, config, device=device, sizes=sizes)
-        self.single_observation_space = make_observation_space(models[0].object_count, config)
-        self.single_action_space = make_action_space(config.action)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        source = open_tasks(split, track, kept_models)
+        super().__init__(num_envs, source, _checked(config or EnvConfig()), autoreset_mode, max_episode_steps)
+        models = [task.model for task in self.streams.tasks]
+        self.slots = WarpSlots(models, self.config, device=device, sizes=sizes)
         self._is_over = torch.zeros(num_envs, dtype=torch.bool, device=self.device)
-        self._names = TaskNames.of(self._streams.tasks)
-        self._is_seeded = self._has_begun = False
-        self.training_step = 0
+        self._names = TaskNames.of(self.streams.tasks)
 
     @property
     def device(self) -> torch.device:
         """Where all tensors are."""
         return self.slots.batch.device
-
-    @property
-    def config(self) -> EnvConfig:
-        """Actions, physics, reward and termination."""
-        return self.slots.config
-
-    @property
-    def action_scale_rad(self) -> float:
-        """Largest residual of a joint in one control step [rad]; may be set, the action space stays the same."""
-        return self.config.action.action_scale_rad
-
-    @action_scale_rad.setter
-    def action_scale_rad(self, value: float) -> None:
-        self.slots.config = replace(self.config, action=replace(self.config.action, action_scale_rad=value))
-
-    def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, DeviceInfo]:
-        """Start episodes; arguments and errors as :meth:`ClutterVectorEnv.reset`."""
-        chosen = read_reset_options(options, self.num_envs)
-        self._seed(seed)
-        if not self._has_begun and len(chosen.slots) < self.num_envs:
-            raise InvalidValueError("the first reset starts all environments; leave reset_mask out")
-        self._begin(chosen.slots, chosen.chosen)
-        self._has_begun = True
-        started = torch.zeros_like(self._is_over)
-        started[torch.from_numpy(chosen.slots).to(self.device)] = True
-        return self._observe(), describe_start(self._names, self.slots.errors(), started)
 
     def step(self, actions: Float32[torch.Tensor, "env action"] | Float32[np.ndarray, "env action"]) -> Step:
         """Advance every environment by one control step of 0.1 s.
@@ -135,9 +92,9 @@ class WarpVectorEnv(VectorEnv[Observations, torch.Tensor, torch.Tensor]):
                 that is over.
             ResetNeeded: Nothing has been reset yet.
         """
-        given, was_over = self._checked(actions)
+        given, was_over = self._checked_actions(actions)
         acting = ~self._is_over
-        self._follow_curriculum()
+        self._count_step()
         is_unstable = self.slots.step(given) & acting
         self._report(is_unstable)
         if was_over.any():
@@ -155,7 +112,7 @@ class WarpVectorEnv(VectorEnv[Observations, torch.Tensor, torch.Tensor]):
         rewards = torch.where(acting, reward.total, 0.0)
         return observations, rewards, terminated, truncated, info
 
-    def _checked(self, actions: Any) -> tuple[Float32[torch.Tensor, "env action"], Bool[np.ndarray, "env"]]:
+    def _checked_actions(self, actions: Any) -> tuple[Float32[torch.Tensor, "env action"], Bool[np.ndarray, "env"]]:
         """The actions on the device, and which episodes are over; waits for the device once."""
         if not self._has_begun:
             raise ResetNeeded("call reset() before step()")
@@ -170,22 +127,17 @@ class WarpVectorEnv(VectorEnv[Observations, torch.Tensor, torch.Tensor]):
             raise InvalidValueError(f"the episodes of environments {over} are over; reset them (reset_mask)")
         return given, was_over
 
-    def _follow_curriculum(self) -> None:
-        if self.config.action.curriculum is not None:
-            self.action_scale_rad = self.config.action.curriculum.at(self.training_step)
-        self.training_step += 1
-
     def _report(self, is_unstable: Bool[torch.Tensor, "env"]) -> None:
         for slot in is_unstable.nonzero()[:, 0].tolist():
-            task, step = self._streams.tasks[slot], int(self.slots.steps[slot])
+            task, step = self.streams.tasks[slot], int(self.slots.steps[slot])
             _log.warning("scene %s pair %d: invalid state in step %d", task.scene.scene_id, task.pair_index, step)
 
     def _begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
-        starts = self._streams.advance(slots, chosen)
+        starts = self.streams.advance(slots, chosen)
         models, pairs = [task.model for task in starts.tasks], [task.pair for task in starts.tasks]
         self.slots.load(slots, models, pairs, physics=starts.physics)
         self._is_over[self._index(slots)] = False
-        self._names = TaskNames.of(self._streams.tasks)
+        self._names = TaskNames.of(self.streams.tasks)
 
     def _reset_now(self, last: Observations, info: DeviceInfo) -> tuple[Observations, DeviceInfo]:
         """Begin anew where an episode is over; what was seen and known at its end moves to ``final_*``."""
@@ -202,26 +154,23 @@ class WarpVectorEnv(VectorEnv[Observations, torch.Tensor, torch.Tensor]):
             observations["object_states"] = self.slots.object_states()
         return observations
 
-    def _seed(self, seed: int | Sequence[int | None] | None) -> None:
-        if seed is None and not self._is_seeded:
-            seed = cast(int, self.np_random_seed)
-        if isinstance(seed, int):
-            super().reset(seed=seed)
-            seed = [seed + slot for slot in range(self.num_envs)]
-        self._streams.seed([None] * self.num_envs if seed is None else list(seed))
-        self._is_seeded = True
+    def _use_config(self) -> None:
+        self.slots.config = self.config
+
+    def _describe(self, slots: Slots) -> DeviceInfo:
+        started = torch.zeros_like(self._is_over)
+        started[self._index(slots)] = True
+        return describe_start(self._names, self.slots.errors(), started)
 
     def _index(self, slots: Slots) -> Int[torch.Tensor, "slot"]:
         return torch.from_numpy(slots).to(self.device)
 
 
-def _checked_config(config: EnvConfig, max_episode_steps: int | None) -> EnvConfig:
+def _checked(config: EnvConfig) -> EnvConfig:
     if config.noise.disturbs_inputs or config.noise.disturbs_points:
         raise InvalidValueError(
             "a GPU environment has no observation noise; add it to the tensors, or leave device out"
         )
     if config.cameras:
         raise InvalidValueError("a GPU environment has no cameras; leave device out for one that has")
-    if max_episode_steps is None:
-        return config
-    return replace(config, termination=replace(config.termination, max_steps=max_episode_steps))
+    return config
