@@ -12,7 +12,7 @@ from clutter6d.play.live_view import Action, LiveView
 from dapl_baselines.teleop.device import Command, DeviceLostError, TeleopDevice, Wish
 from dapl_baselines.teleop.gello import misalignment
 from dapl_baselines.teleop.keyboard import MOVES, SPEEDS
-from dapl_baselines.teleop.motion import MotionConfig, residuals_of, still
+from dapl_baselines.teleop.motion import MotionConfig, Steering, still
 from dapl_baselines.teleop.status import Phase
 
 RECONNECT_EVERY = 10
@@ -70,7 +70,8 @@ class Operator:
     def __init__(
         self, device: TeleopDevice, keys: KeySource, view: LiveView | None, action: ActionConfig, motion: MotionConfig
     ) -> None:
-        self._device, self._keys, self._view, self._action, self._motion = device, keys, view, action, motion
+        self._device, self._keys, self._view = device, keys, view
+        self._steering = Steering(action, motion)
         self._is_lost, self._ticks = False, 0
         self.await_start()
 
@@ -79,6 +80,7 @@ class Operator:
         self.phase: Phase = "ready"
         self.note = self._lost_note if self._is_lost else note
         self.has_given_up = self._was_asked = False
+        self._steering.forget()
 
     def listen(self, arm_qpos: Float64[np.ndarray, "7"]) -> Float32[np.ndarray, "7"] | None:
         """What the arm shall do in this control step, or ``None`` while time stands still.
@@ -90,40 +92,38 @@ class Operator:
             OperatorLeftError: The person leaves.
         """
         was_driving, keys = self.phase == "driving", self._pressed()
-        command, residuals = self._read(keys, arm_qpos)
-        for wish in (*_wishes_of(keys), *command.wishes):
-            self._obey(wish, command, arm_qpos)
-        if self._is_lost:
-            self.phase = "paused" if was_driving else self.phase
-            return still() if was_driving else None
-        return residuals if self.phase == "driving" else None
+        try:
+            command = self._read(keys)
+            for wish in (*_wishes_of(keys), *command.wishes):
+                self._obey(wish, command, arm_qpos)
+            return self._steering.residuals(command, arm_qpos) if self.phase == "driving" else None
+        except DeviceLostError as error:
+            self._lose(str(error))
+        for wish in _wishes_of(keys):
+            self._obey(wish, Command(), arm_qpos)
+        return still() if was_driving else None
 
     def _pressed(self) -> tuple[str, ...]:
         if self._keys.is_closed or (self._view is not None and not self._view.is_open):
             raise OperatorLeftError("the window was closed")
         return (*self._keys.keys(), *(self._view.triggered() if self._view else ()))
 
-    def _read(
-        self, keys: Sequence[str], arm_qpos: Float64[np.ndarray, "7"]
-    ) -> tuple[Command, Float32[np.ndarray, "7"]]:
-        """The device's command and its residuals; none and stillness while it is lost."""
-        try:
-            if self._is_lost:
-                self._reconnect()
-            command = self._device.read(keys)
-            return command, residuals_of(command, arm_qpos, self._action, self._motion)
-        except DeviceLostError as error:
-            self._is_lost, self._lost_note = True, str(error)
-            self.note = self._lost_note
-            return Command(), still()
+    def _read(self, keys: Sequence[str]) -> Command:
+        """What the device says; one that was lost is tried again now and then."""
+        if self._is_lost:
+            self._ticks += 1
+            if self._ticks % RECONNECT_EVERY:
+                raise DeviceLostError(self._lost_note)
+            self._device.connect()
+            self._is_lost, self.note = False, f"the {self._device.name} is back"
+        return self._device.read(keys)
 
-    def _reconnect(self) -> None:
-        """Try now and then to reach a device that was lost."""
-        self._ticks += 1
-        if self._ticks % RECONNECT_EVERY:
-            raise DeviceLostError(self._lost_note)
-        self._device.connect()
-        self._is_lost, self.note = False, f"the {self._device.name} is back"
+    def _lose(self, why: str) -> None:
+        """The device cannot be read: time stands still until it is back and the person goes on."""
+        self._is_lost, self._lost_note = True, why
+        self.note = why
+        if self.phase == "driving":
+            self.phase = "paused"
 
     def _obey(self, wish: Wish, command: Command, arm_qpos: Float64[np.ndarray, "7"]) -> None:
         if wish == "quit":

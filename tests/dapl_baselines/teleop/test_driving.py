@@ -41,8 +41,8 @@ class Looker(Window):
         while len(self.way) > 1 and np.abs(self.way[0] - self.tips).max() < CLOSE_M:
             self.way.pop(0)
         left = self.way[0] - self.tips
-        speed = "2" if self.presses < 31 or np.abs(left).max() > 0.03 else "1"
-        turn = ("r",) if self.presses < 31 else ()
+        speed = "2" if self.presses < 28 or np.abs(left).max() > 0.03 else "1"
+        turn = ("r",) if self.presses < 28 else ()
         return (speed, *turn, *(KEYS[axis][int(left[axis] > 0)] for axis in range(3) if abs(left[axis]) > 0.006))
 
 
@@ -71,4 +71,4 @@ def test_somebody_with_a_keyboard_pushes_the_target_to_its_goal(tmp_path):
     evaluation = Evaluation(near_goal(make_box_scene_set(1)), policy, tmp_path, EvaluationConfig(pairs=1))
     (row,) = evaluation.run(num_envs=1, threads=1)
     assert (row.outcome, row.holds) == ("success", True)
-    assert 40 < row.steps < 90
+    assert 25 < row.steps < 90

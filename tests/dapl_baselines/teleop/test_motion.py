@@ -6,13 +6,13 @@ from clutter6d.geometry import quat_to_matrix
 from clutter6d.sim.robot import HOME_QPOS, JOINT_LOWER_RAD, JOINT_UPPER_RAD, hand_pose
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
 from dapl_baselines.teleop.device import Command, DeviceLostError
-from dapl_baselines.teleop.motion import PERSON_TO_WORLD, MotionConfig, residuals_of
+from dapl_baselines.teleop.motion import PERSON_TO_WORLD, MotionConfig, Steering
 
 ACTION, MOTION = ActionConfig(), MotionConfig()
 
 
 def ask(command: Command) -> np.ndarray:
-    return residuals_of(command, HOME_QPOS, ACTION, MOTION)
+    return Steering(ACTION, MOTION).residuals(command, HOME_QPOS)
 
 
 def tips(qpos) -> tuple[np.ndarray, np.ndarray]:
@@ -58,9 +58,9 @@ def test_joint_angles_are_followed_by_at_most_the_action_scale():
 
 def test_joint_angles_beyond_the_limits_are_taken_as_the_limits():
     near = JOINT_UPPER_RAD - 0.01
-    asked = residuals_of(Command(joints=np.full(7, 1e9)), near, ACTION, MOTION)
+    asked = Steering(ACTION, MOTION).residuals(Command(joints=np.full(7, 1e9)), near)
     np.testing.assert_allclose(asked, 0.01, atol=1e-6)
-    asked = residuals_of(Command(joints=np.full(7, -1e9)), JOINT_LOWER_RAD + 0.01, ACTION, MOTION)
+    asked = Steering(ACTION, MOTION).residuals(Command(joints=np.full(7, -1e9)), JOINT_LOWER_RAD + 0.01)
     np.testing.assert_allclose(asked, -0.01, atol=1e-6)
 
 
@@ -86,3 +86,31 @@ def test_no_command_stands_still():
 def test_moving_is_the_same_to_the_bit_each_time():
     command = Command(deflection=np.array([0.3, -0.2, 0.1, 0.4, -0.5, 0.6]))
     np.testing.assert_array_equal(ask(command), ask(command))
+
+
+def drive(deflection, steps: int, *, blocked: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Tips and attitude before and after steps of an arm that does 70% of what it is told, or nothing."""
+    steering, qpos = Steering(ACTION, MOTION), HOME_QPOS.copy()
+    for _ in range(steps):
+        qpos = qpos + (0.0 if blocked else 0.7) * steering.residuals(Command(deflection=np.array(deflection)), qpos)
+    return qpos, steering.residuals(Command(deflection=np.array(deflection)), qpos)
+
+
+def test_a_long_way_leaves_neither_its_line_nor_the_hands_attitude():
+    qpos, _ = drive([0, -0.5, 0, 0, 0, 0], 20)
+    (before, rotation_before), (after, rotation_after) = tips(HOME_QPOS), tips(qpos)
+    assert after[1] - before[1] > 0.2
+    assert np.abs(after - before)[[0, 2]].max() < 0.02
+    assert np.arccos((np.trace(rotation_after @ rotation_before.T) - 1) / 2) < np.deg2rad(4)
+
+
+def test_pushing_at_what_does_not_give_stores_nothing_up():
+    _, soon = drive([0, 0, -0.5, 0, 0.5, 0], 10, blocked=True)
+    _, late = drive([0, 0, -0.5, 0, 0.5, 0], 200, blocked=True)
+    np.testing.assert_allclose(late, soon, atol=1e-6)
+
+
+def test_the_arm_stands_as_soon_as_nothing_is_asked():
+    steering = Steering(ACTION, MOTION)
+    steering.residuals(Command(deflection=np.array([1.0, 0, 0, 0, 0, 1.0])), HOME_QPOS)
+    assert not steering.residuals(Command(deflection=np.zeros(6)), HOME_QPOS).any()

@@ -6,6 +6,7 @@ from clutter6d.eval.evaluator import Evaluation, EvaluationConfig
 from clutter6d.eval.policy import Policy
 from clutter6d.eval.replay import Replay
 from clutter6d.eval.tables import read_actions
+from clutter6d.sim.robot import HOME_QPOS
 from dapl_baselines.teleop.operator import OperatorLeftError
 from dapl_baselines.teleop.policy import TeleopPolicy
 from tests.dapl_baselines.teleop.people import Arm, Lever, Person, Window, no_wait
@@ -79,11 +80,14 @@ def test_pausing_does_not_change_the_outcome(tmp_path):
 
 
 def test_an_attempt_that_was_left_goes_on_where_it_was(tmp_path):
-    (whole,) = attempt(tmp_path / "whole", *WHOLE)
+    def leading() -> Arm:
+        return Arm(HOME_QPOS + 0.3)
+
+    (whole,) = attempt(tmp_path / "whole", *WHOLE, device=leading())
     told = []
-    assert attempt(tmp_path / "left", *WHOLE[:5]) == []
-    assert attempt(tmp_path / "left", "", "enter", "", told=told) == []
-    (row,) = attempt(tmp_path / "left", *WHOLE)
+    assert attempt(tmp_path / "left", *WHOLE[:5], device=leading()) == []
+    assert attempt(tmp_path / "left", "", "enter", "", device=leading(), told=told) == []
+    (row,) = attempt(tmp_path / "left", *WHOLE, device=leading())
     assert row.differences(whole) == ()
     assert (told[0].step, told[0].phase, told[0].note) == (5, "ready", "goes on after step 5")
     assert sorted(path.name for path in (tmp_path / "left").iterdir()) == ["journal", "run.json"]
