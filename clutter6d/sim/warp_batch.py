@@ -164,6 +164,14 @@ class WarpSceneBatch:
         """Sliding friction of each object, as it is simulated."""
         return self._worlds["geom_friction"][: self.size, self._layout.object_geoms, 0]
 
+    def contacts_in_use(self) -> tuple[int, int]:
+        """Contacts, and pairs of geoms that came near, in all worlds at the last physics step; waits for the device."""
+        return int(self._data.nacon.numpy()[0]), int(self._data.ncollision.numpy()[0])
+
+    def constraints_in_use(self) -> int:
+        """Most rows of constraints of a world at the last physics step; waits for the device."""
+        return int(self._data.nefc.numpy().max())
+
     def _index(self, slots: Slots) -> Int[torch.Tensor, "slot"]:
         return torch.as_tensor(slots, dtype=torch.long, device=self.device)
 

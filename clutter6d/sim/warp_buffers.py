@@ -50,7 +50,7 @@ def allocate_data(model: mujoco.MjModel, worlds: int, sizes: BufferSizes) -> Any
 
 def default_sizes(object_count: int) -> BufferSizes:
     """Room for scenes of so many objects (``docs/gpu.md`` has the measurements)."""
-    return BufferSizes(contacts=32 + 16 * object_count, constraints=96 + 48 * object_count)
+    return BufferSizes(contacts=64 + 16 * object_count, constraints=256 + 64 * object_count)
 
 
 class OverflowWatch:

@@ -1,4 +1,4 @@
-"""The environment on a GPU's back end, on Warp's CPU device, against the CPU's environment."""
+"""The environment on a GPU's back end, on Warp's CPU device, against the CPU's; what steps compiles first: slow."""
 
 import subprocess
 import sys
@@ -114,6 +114,7 @@ def test_the_same_seed_begins_the_same_episodes_with_the_same_physics_as_on_the_
     assert info["pair"].tolist() == wanted["pair"].tolist()
 
 
+@pytest.mark.slow
 def test_a_step_gives_what_the_cpus_gives(device):
     ours, theirs = make_env(device), ClutterVectorEnv(SLOTS, split=SCENES)
     ours.reset(seed=3)
@@ -131,6 +132,7 @@ def test_a_step_gives_what_the_cpus_gives(device):
     assert info["outcome"].tolist() == [-1] * SLOTS
 
 
+@pytest.mark.slow
 def test_an_episode_that_is_over_begins_anew_in_the_next_step(device):
     env = make_env(device, max_episode_steps=2)
     start, _ = env.reset(seed=0)
@@ -148,6 +150,7 @@ def test_an_episode_that_is_over_begins_anew_in_the_next_step(device):
     assert not env.step(actions(3))[3].any()
 
 
+@pytest.mark.slow
 def test_in_the_same_step_the_end_of_an_episode_is_kept_beside_the_next_ones_start(device):
     env = make_env(device, max_episode_steps=1, autoreset_mode=AutoresetMode.SAME_STEP)
     start, begun = env.reset(seed=0)
@@ -163,6 +166,7 @@ def test_in_the_same_step_the_end_of_an_episode_is_kept_beside_the_next_ones_sta
     assert info["final_info"]["scene_id"].tolist() == begun["scene_id"].tolist()
 
 
+@pytest.mark.slow
 def test_without_autoreset_chosen_environments_are_reset_by_a_mask(device):
     env = make_env(device, max_episode_steps=1, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=0)
@@ -175,6 +179,7 @@ def test_without_autoreset_chosen_environments_are_reset_by_a_mask(device):
     assert info["scene_id"][mask].tolist() == ["boxes-1"] * 2
 
 
+@pytest.mark.slow
 def test_an_invalid_state_ends_its_episode_and_is_reported(device, caplog):
     env = make_env(device)
     env.reset(seed=0)

@@ -65,6 +65,7 @@ def test_one_control_step_moves_arms_and_objects_as_mujoco_does(engines, made):
     assert difference[:, 0, 3:].max() < 0.01
 
 
+@pytest.mark.slow
 def test_recording_a_control_step_does_not_make_one(made, device):
     batch = WarpSceneBatch([model for _, model in made], device=device)
     batch.reset(np.arange(SLOTS), np.stack([scene.goal_pairs[0].object_poses for scene, _ in made]))
@@ -96,6 +97,7 @@ def test_a_slot_can_be_given_another_scene(engines, made):
     assert difference[..., :3].max() < POSITION_TOLERANCE_M
 
 
+@pytest.mark.slow
 def test_a_command_that_comes_late_is_followed_late(engines, made):
     reference, batch = restart(engines, made)
     delays = np.array([0, 5, 20, 40])
@@ -133,6 +135,7 @@ def test_a_buffer_that_is_too_small_is_reported_once_with_the_size_to_raise(made
     assert "raise BufferSizes.contacts from 2 to" in said[0]
 
 
+@pytest.mark.slow
 def test_objects_of_a_single_slot_rest_on_the_table(made, device):
     scene, model = made[0]
     batch = WarpSceneBatch([model], device=device)
