@@ -20,7 +20,7 @@ from tests.bad_inputs.harness import COMMAND
 from tests.dapl_baselines.teleop.simulated_bus import SimulatedBus
 from tests.scene_fixtures import write_box_scene_set
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 OFFSETS = np.array([1, 2, -1, 3, 0, 4, 1]) * np.pi / 2
 
 
