@@ -134,7 +134,7 @@ class OurRun:
 
     def __init__(self, name: str, scenes: SceneCollection, envs: int, *, is_observed: bool) -> None:
         self.name, self.objects = name, len(scenes.scenes[0].objects)
-        self.version, self.physics_step_s = "this one", PHYSICS_STEP_S
+        self.version, self.physics_step_s = "ours", PHYSICS_STEP_S
         self._run = EnvironmentRun(scenes, envs, STEPS, 0)
         self._run.reset()
         self._simulated_s = envs * CONTROL_STEP_S

@@ -105,12 +105,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         f"{used} cores; the best of {options.rounds} rounds of {options.seconds:g} s in turns; "
         f"ours with {options.envs} environments. Simulated seconds per wall second and core, and per processor second."
     )
-    report.head("environment", "version", "objects", "physics step", "per s and core", "per processor s", "ours is")
+    report.head("environment", "objects", "physics step", "per s and core", "per processor s", "ours is")
     full = best[id(ours[0])]
     for run in everyone:
         factor = "" if run in ours else f"{full / best[id(run)]:.1f} times"
         speeds = (f"{best[id(run)]:,.1f}", f"{busy[id(run)]:,.1f}")
-        report.row(run.name, run.version, f"{run.objects}", f"{1000 * run.physics_step_s:g} ms", *speeds, factor)
+        report.row(run.name, f"{run.objects}", f"{1000 * run.physics_step_s:g} ms", *speeds, factor)
+    versions = dict.fromkeys(run.version for run in everyone if run not in ours)
+    report.say("", f"Versions: {'; '.join(versions)}." if versions else "No peer ran.")
     report.keep(options.record)
     wanted = [best[id(run)] for run in peers.get(WANTED_PEER, ())]
     return 0 if all(full / rate >= WANTED_FACTOR for rate in wanted) else 1

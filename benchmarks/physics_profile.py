@@ -189,13 +189,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.head(
         "setting",
         "speed",
-        "states held",
-        "worst drift mm",
+        "held",
+        "drift mm",
         "same bits",
-        "within 1 mm, 1°",
+        "within",
         "median mm",
         "p90 mm",
-        "target moved mm",
+        "moved mm",
     )
     expected = reference.outcome(targets)
     for variant in bar([item for item in VARIANTS if options.only in item.name], "settings"):
