@@ -142,8 +142,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.say(
         f"{threads} threads; control steps of {CONTROL_STEP_S} s per second, all environments together, fastest round; "
         f"by objects with {OBJECTS_ENVS} environments on {options.scenes} scenes; by environments with 4 objects, "
-        "each environment a scene of its own. Bare is `mujoco.batch` alone, s/s/core simulated seconds of the environment "
-        "per second and core; parts are convex parts an object."
+        "each environment a scene of its own. Bare is `mujoco.batch` alone, s/s/core the environment's simulated "
+        "seconds per second and core; parts are convex parts an object."
     )
     objects = [int(text) for text in options.objects.split(",") if text]
     sizes = [Size(objects=count, envs=OBJECTS_ENVS, scenes=options.scenes) for count in objects]
