@@ -226,7 +226,7 @@ def test_gymnasium_makes_it_by_the_device_or_says_why_not(options, said):
         gymnasium.make_vec("Clutter6D-Sparse-v1", num_envs=2, split=SCENES, **options)
 
 
-@pytest.mark.parametrize("package", ["torch", "mujoco_warp"])
+@pytest.mark.parametrize("package", ["torch", pytest.param("mujoco_warp", marks=pytest.mark.slow)])
 def test_without_the_extra_the_message_says_what_to_install(package):
     code = f"""
 import sys
