@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from clutter6d.envs.registration import register_envs
+from clutter6d.envs.registration import register_with_gymnasium
 
 if TYPE_CHECKING:
     from clutter6d.dataset.split import Split
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = ["__version__", "load_split"]
 
-register_envs()
+register_with_gymnasium()
 
 
 def load_split(name: str) -> "Split":

@@ -1,46 +1,60 @@
-"""Gymnasium's ids; ``import clutter6d`` registers them."""
+"""Gymnasium's ids; ``import clutter6d`` registers them.
 
-from importlib import import_module
+Gymnasium loads NumPy, which the commands' help can do without. So the ids are registered when Gymnasium is imported,
+before or after this package.
+"""
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import Any, Final
-
-import gymnasium
-
-from clutter6d.errors import InvalidValueError
 
 DEFAULT_SPLITS: Final = {"sparse": "sparse-train", "moderate": "moderate-test", "dense": "dense-test"}
 """The split of each track that an environment draws from unless another is named."""
 
-_CPU_ONLY: Final = ("threads", "render_mode", "unstable_dir")
+
+def register_with_gymnasium() -> None:
+    """Register the environments now if Gymnasium is loaded, else as soon as it is."""
+    if "gymnasium" in sys.modules:
+        _register()
+    else:
+        sys.meta_path.insert(0, _GymnasiumFinder())
 
 
-def register_envs() -> None:
-    """Register ``Clutter6D-Sparse-v1``, ``Clutter6D-Moderate-v1`` and ``Clutter6D-Dense-v1``."""
+def _register() -> None:
+    import gymnasium
+
     for track, split in DEFAULT_SPLITS.items():
         gymnasium.register(
             id=f"Clutter6D-{track.capitalize()}-v1",
             entry_point="clutter6d.envs.clutter_env:ClutterEnv",
-            vector_entry_point="clutter6d.envs.registration:make_vector_env",
+            vector_entry_point="clutter6d.envs.devices:make_vector_env",
             kwargs={"track": track, "split": split},
         )
 
 
-def make_vector_env(*, device: str = "cpu", **options: Any) -> gymnasium.vector.VectorEnv[Any, Any, Any]:
-    """What ``gymnasium.make_vec`` makes.
+class _GymnasiumFinder(MetaPathFinder):
+    """Finds Gymnasium as Python does, and registers the environments when it has been loaded."""
 
-    Args:
-        device: ``"cpu"``: MuJoCo on all cores; ``"cuda"``, ``"cuda:1"`` ...: MuJoCo Warp on a GPU, whose modules are
-            loaded only then.
-        options: Of :class:`~clutter6d.envs.vector_env.ClutterVectorEnv` or
-            :class:`~clutter6d.envs.warp_env.WarpVectorEnv`.
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """The specification of Gymnasium; leaves every other module to others."""
+        del path, target
+        if fullname != "gymnasium":
+            return None
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(fullname)
+        if spec is not None and spec.loader is not None:
+            loader: Any = spec.loader
+            execute = loader.exec_module
 
-    Raises:
-        InvalidValueError: There is no such device, or an option that environments on it do not have.
-        MissingDependencyError: The GPU back end is not installed.
-    """
-    if device == "cpu":
-        return import_module("clutter6d.envs.vector_env").ClutterVectorEnv(**options)
-    for name in _CPU_ONLY:
-        if options.get(name) is not None:
-            raise InvalidValueError(f"{name} is not available on the device '{device}'; leave it or device out")
-    wanted = {name: value for name, value in options.items() if name not in _CPU_ONLY}
-    return import_module("clutter6d.envs.warp_env").WarpVectorEnv(device=device, **wanted)
+            def execute_and_register(module: ModuleType) -> None:
+                execute(module)
+                _register()
+
+            loader.exec_module = execute_and_register
+        return spec

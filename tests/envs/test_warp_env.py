@@ -231,7 +231,7 @@ def test_without_the_extra_the_message_says_what_to_install(package):
     code = f"""
 import sys
 sys.modules["{package}"] = None
-from clutter6d.envs.registration import make_vector_env
+from clutter6d.envs.devices import make_vector_env
 from clutter6d.errors import MissingDependencyError
 try:
     make_vector_env(device="cuda")
