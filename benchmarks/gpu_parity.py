@@ -114,12 +114,13 @@ def report_split(report: Report, split: str, pushes: int, device: str) -> bool:
     tasks = load_tasks(split, pushes)
     found = push(tasks, device)
     expected, made = (displacements(poses, tasks.object_poses) for poses in (found.expected, found.made))
-    report.head(split, *(f"MuJoCo {q:.0%}" for q in QUANTILES), *(f"Warp {q:.0%}" for q in QUANTILES), "p")
+    report.head(f"{split}: MuJoCo / Warp", *(f"{q:.0%}" for q in QUANTILES), "p")
     agree = found.unstable == 0
     for key, values in expected.items():
         p = float(ks_2samp(values, made[key]).pvalue)
         agree = agree and p >= LEVEL
-        cells = [f"{value:.3f}" for sample in (values, made[key]) for value in np.quantile(sample, QUANTILES)]
+        pairs = zip(np.quantile(values, QUANTILES), np.quantile(made[key], QUANTILES), strict=True)
+        cells = [f"{ours:.3f} / {theirs:.3f}" for ours, theirs in pairs]
         report.row(f"{key[0]} [{key[1]}]", *cells, f"{p:.2f}")
     steps = np.quantile(found.one_step_m, (0.5, 0.95, 0.99))
     ends = np.quantile(distances_m(found.expected, found.made), (0.5, 0.9, 0.99))
