@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 from bars import bar
@@ -19,28 +18,25 @@ from clutter6d.scenegen.track import Region, Track
 WHOLE_TABLE = Region(x=(-0.38, 0.38), y=(-0.58, 0.58))
 
 
-@dataclass(kw_only=True)
 class GeneratedScenes:
-    """The first scenes of seed 0 of a track, each with one goal pair.
+    """The first scenes of seed 0 of a track, settled and certified like any other, each with its goal pairs.
 
-    Attributes:
+    Args:
         track: What a scene is made of.
         library: Where its assets come from.
         count: Scenes.
     """
 
-    track: Track
-    library: AssetCollection
-    count: int
+    def __init__(self, track: Track, library: AssetCollection, count: int) -> None:
+        self._generator = SceneGenerator(library, track, 0)
+        self._scenes = tuple(
+            self._generator.generate(index).scene for index in bar(range(count), f"making {track.name}")
+        )
 
-    @cached_property
-    def _generator(self) -> SceneGenerator:
-        return SceneGenerator(self.library, self.track, 0)
-
-    @cached_property
+    @property
     def scenes(self) -> tuple[Scene, ...]:
-        """The scenes, settled and certified like any other."""
-        return tuple(self._generator.generate(i).scene for i in bar(range(self.count), f"making {self.track.name}"))
+        """The scenes."""
+        return self._scenes
 
     @property
     def sha256(self) -> str:
@@ -89,7 +85,7 @@ def crowded_scenes(objects: int, count: int) -> GeneratedScenes:
         clutter_region=WHOLE_TABLE,
         goal_pairs=1,
     )
-    return GeneratedScenes(track=track, library=open_dataset(DEFAULT_DATASET).assets, count=count)
+    return GeneratedScenes(track, open_dataset(DEFAULT_DATASET).assets, count)
 
 
 def box_scenes(objects: int, count: int) -> GeneratedScenes:
@@ -99,6 +95,4 @@ def box_scenes(objects: int, count: int) -> GeneratedScenes:
     with tempfile.TemporaryDirectory() as folder:
         library = make_box_library(Path(folder) / "library")
         track = Track(name=f"{objects}-boxes", large_obstacles=0, small_obstacles=objects - 1, goal_pairs=1)
-        found = GeneratedScenes(track=track, library=library, count=count)
-        _ = found.scenes
-    return found
+        return GeneratedScenes(track, library, count)

@@ -12,6 +12,7 @@ from clutter6d.assets.asset import Asset, Mesh
 from clutter6d.assets.convex_part import reduce_hull
 from clutter6d.assets.decomposition import MAX_PART_VERTICES
 from clutter6d.assets.solid import manifold_arrays
+from clutter6d.errors import InvalidValueError
 from clutter6d.physics import PHYSICS_STEP_S
 from clutter6d.sim.scene_model import build_scene_spec, compile_scene
 
@@ -134,7 +135,10 @@ def with_parts(asset: Asset, most: int) -> Asset:
 
 
 def _hull(points: np.ndarray) -> Mesh:
-    vertices, faces = manifold_arrays(reduce_hull(points, MAX_PART_VERTICES))
+    hull = reduce_hull(points, MAX_PART_VERTICES)
+    if hull is None:
+        raise InvalidValueError("the common hull of parts is flat")
+    vertices, faces = manifold_arrays(hull)
     return Mesh(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32))
 
 

@@ -8,7 +8,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 JOB = json.loads(sys.argv[1]) if len(sys.argv) > 1 else {}
 _answers = os.fdopen(os.dup(1), "w", buffering=1)
@@ -17,7 +17,7 @@ if "cores" in JOB:
     os.sched_setaffinity(0, JOB["cores"])
 
 
-def serve(step: Callable[[], None], simulated_s: float, about: dict[str, object]) -> None:
+def serve(step: Callable[[], None], simulated_s: float, about: Mapping[str, object]) -> None:
     """Answer each line on standard input: step for so many seconds; report simulated, wall and processor seconds.
 
     Args:
@@ -26,7 +26,7 @@ def serve(step: Callable[[], None], simulated_s: float, about: dict[str, object]
         about: What is reported when ready.
     """
     step()
-    print(json.dumps(about), file=_answers)
+    print(json.dumps(dict(about)), file=_answers)
     for line in sys.stdin:
         seconds, steps, start, used = float(line), 0, time.perf_counter(), time.process_time()
         while time.perf_counter() - start < seconds:
