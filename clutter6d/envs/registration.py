@@ -6,7 +6,7 @@ before or after this package.
 
 import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
@@ -40,7 +40,7 @@ class _GymnasiumFinder(MetaPathFinder):
     """Finds Gymnasium as Python does, and registers the environments when it has been loaded."""
 
     def find_spec(
-        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+        self, fullname: str, path: Iterable[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """The specification of Gymnasium; leaves every other module to others."""
         del path, target
