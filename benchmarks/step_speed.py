@@ -13,19 +13,20 @@ from collections.abc import Sequence
 
 from bars import bar
 from environment_runs import BareRun, EnvironmentRun, check_same_end, fastest
+from frozen_tasks import SPLITS
+from generated_scenes import FirstScenes
 from machine import cores, seconds_of
 from tables import Report, add_record_option
 
 from clutter6d.dataset.scenes import load_split
 from clutter6d.physics import CONTROL_STEP_S
 
-SPLITS = {"sparse": "sparse-train", "moderate": "moderate-test", "dense": "dense-test"}
 WANTED_RATIO = 0.8
 
 
 def measure(split: str, envs: int, steps: int, rounds: int, threads: int) -> tuple[float, float]:
     """Control steps per second of all environments together: bare engine, environment; each its fastest round."""
-    full = EnvironmentRun(load_split(split), envs, steps, threads)
+    full = EnvironmentRun(FirstScenes(load_split(split), envs), envs, steps, threads)
     full.record()
     bare = BareRun(full, threads)
     times: list[tuple[float, float]] = []
