@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import select
 import sys
 import termios
 import tty
@@ -48,15 +49,12 @@ class Terminal:
         """Keys pressed since the last call: a letter in lower case, a digit, ``enter``, ``space`` or ``backspace``."""
         if not self.is_terminal or self.is_closed:
             return ()
-        os.set_blocking(self._file, False)
+        if not select.select([self._file], [], [], 0)[0]:
+            return ()
         try:
             typed = os.read(self._file, 4096)
-        except BlockingIOError:
-            return ()
         except OSError:
             typed = b""
-        finally:
-            os.set_blocking(self._file, True)
         self.is_closed = not typed
         return key_names(typed.decode("ascii", errors="ignore"))
 

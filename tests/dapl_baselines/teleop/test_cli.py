@@ -20,7 +20,7 @@ from tests.bad_inputs.harness import COMMAND
 from tests.dapl_baselines.teleop.simulated_bus import SimulatedBus
 from tests.scene_fixtures import write_box_scene_set
 
-PATIENCE_S = 120.0
+PATIENCE_S = 60.0
 OFFSETS = np.array([1, 2, -1, 3, 0, 4, 1]) * np.pi / 2
 
 
@@ -58,8 +58,9 @@ class TypedInto:
 
     def end(self) -> int:
         """Read to the end; returns the exit code."""
+        until = time.monotonic() + PATIENCE_S
         while self._read():
-            pass
+            assert time.monotonic() < until, f"did not end: {self.shown[-2000:]}"
         return self.process.wait(PATIENCE_S)
 
     def _read(self) -> bool:
@@ -120,6 +121,18 @@ def test_leaving_and_even_a_kill_lose_nothing(scenes, tmp_path):
         assert command.end() == 0
         assert "0 of 2 attempts are made; the same command goes on" in command.shown
     assert (out / "drafts" / "boxes-0@0000.f32").read_bytes().startswith(decided)
+
+
+def test_ctrl_c_leaves_as_in_every_other_command(scenes, tmp_path):
+    with TypedInto(*options(scenes, tmp_path / "out", steps=30)) as command:
+        command.wait_for("READY")
+        command.press("\r")
+        command.wait_for("27 steps left", hold="i")
+        command.process.send_signal(signal.SIGINT)  # what Ctrl-C sends in one's own terminal
+        assert command.end() == 130
+        assert "interrupted; what was finished is kept" in command.shown
+        assert "Traceback" not in command.shown
+    assert (tmp_path / "out" / "drafts" / "boxes-0@0000.f32").stat().st_size >= 3 * 28
 
 
 def test_the_scene_is_shown_in_the_browser(scenes, tmp_path):
