@@ -55,14 +55,12 @@ class Peer:
         name: In the table.
         program: File that runs it.
         packages: What it needs, its own package first.
-        is_batched: Whether one process uses all cores.
         job: What else its program is told.
     """
 
     name: str
     program: str
     packages: tuple[str, ...]
-    is_batched: bool = False
     job: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -72,7 +70,7 @@ class PeerRun:
     Args:
         peer: Which one.
         python: The interpreter that has it.
-        used: Cores: one process on each, or one on all for a batched peer.
+        used: Cores, with one process on each.
 
     Raises:
         ChildProcessError: It does not run here; says its last line.
@@ -81,10 +79,9 @@ class PeerRun:
     def __init__(self, peer: Peer, python: Path, used: Sequence[int]) -> None:
         self.name = peer.name
         self._complaints = tempfile.TemporaryFile("w+")  # noqa: SIM115 - as long as the processes
-        groups = [list(used)] if peer.is_batched else [[core] for core in used]
         self._processes: list[subprocess.Popen[str]] = []
-        for number, group in enumerate(groups):
-            job = json.dumps(dict(peer.job) | {"cores": group, "seed": number})
+        for number, core in enumerate(used):
+            job = json.dumps(dict(peer.job) | {"cores": [core], "seed": number})
             command = [str(python), str(PROGRAMS / peer.program), job]
             self._processes.append(
                 subprocess.Popen(
