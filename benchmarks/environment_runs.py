@@ -30,8 +30,9 @@ class EnvironmentRun:
 
     def __init__(self, scenes: SceneCollection, envs: int, steps: int, threads: int) -> None:
         self.env = ClutterVectorEnv(envs, split=scenes, threads=threads, kept_models=max(envs, 1024))
-        chosen = [scenes.scenes[index % len(scenes.scenes)] for index in range(envs)]
-        turns = [index + index // len(scenes.scenes) for index in range(envs)]
+        there = scenes.scenes
+        chosen = [there[index % len(there)] for index in range(envs)]
+        turns = [index + index // len(there) for index in range(envs)]
         self._options = {
             "scene_id": [scene.scene_id for scene in chosen],
             "pair": [turn % len(scene.goal_pairs) for scene, turn in zip(chosen, turns, strict=True)],
