@@ -21,12 +21,12 @@ class EpisodeStarts:
     Attributes:
         tasks: Scenes and goal pairs.
         physics: How the physics differ from the scenes'; ``None``: not at all.
-        noise_rngs: Where the errors of the observations come from.
+        noise_rngs: Where the errors of the observations come from; ``None``: they have none.
     """
 
     tasks: tuple[Task, ...]
     physics: tuple[PhysicsDraw, ...] | None
-    noise_rngs: tuple[np.random.Generator, ...]
+    noise_rngs: tuple[np.random.Generator, ...] | None
 
 
 class EpisodeStreams:
@@ -79,12 +79,17 @@ class EpisodeStreams:
         starts = EpisodeStarts(
             tasks=tasks,
             physics=self._draw_physics(tasks, streams),
-            noise_rngs=tuple(generator(seed, "noise", number) for seed, number in streams),
+            noise_rngs=self._noise_rngs(streams),
         )
         for slot, task in zip(slots, tasks, strict=True):
             self._tasks[slot] = task
             self._numbers[slot] += 1
         return starts
+
+    def _noise_rngs(self, streams: Sequence[tuple[int, int]]) -> tuple[np.random.Generator, ...] | None:
+        if self._config.noise.is_silent:
+            return None
+        return tuple(generator(seed, "noise", number) for seed, number in streams)
 
     def _draw_physics(
         self, tasks: Sequence[Task], streams: Sequence[tuple[int, int]]

@@ -58,6 +58,11 @@ class NoiseConfig:
                 )
 
     @property
+    def is_silent(self) -> bool:
+        """Whether nothing is wrong."""
+        return not (self.disturbs_inputs or self.disturbs_points)
+
+    @property
     def disturbs_inputs(self) -> bool:
         """Whether the estimates that an observation is made from are wrong."""
         return max(self.mass, self.velocity, self.goal_pose) > 0

@@ -64,8 +64,7 @@ class ClutterSlots:
         self._latency_steps = np.zeros(len(scenes), dtype=np.int64)
         self._targets_before = self.batch.joint_targets.copy()
         noise = self.config.noise
-        is_noisy = noise.disturbs_inputs or noise.disturbs_points
-        self._noise = ObservationNoise(noise, len(scenes), scenes[0].object_count) if is_noisy else None
+        self._noise = None if noise.is_silent else ObservationNoise(noise, len(scenes), scenes[0].object_count)
         self._threads = threads or len(os.sched_getaffinity(0))
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
 

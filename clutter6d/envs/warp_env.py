@@ -167,7 +167,7 @@ class WarpVectorEnv(BatchedEnv[torch.Tensor]):
 
 
 def _checked(config: EnvConfig) -> EnvConfig:
-    if config.noise.disturbs_inputs or config.noise.disturbs_points:
+    if not config.noise.is_silent:
         raise InvalidValueError(
             "a GPU environment has no observation noise; add it to the tensors, or leave device out"
         )

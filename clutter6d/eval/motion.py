@@ -10,7 +10,6 @@ from jaxtyping import Float32, Float64
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.slots import ClutterSlots
-from clutter6d.envs.termination import TerminationConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.evaluator import REPORT_FILE
@@ -56,7 +55,7 @@ def replay_motions(folder: Path, scenes: SceneCollection) -> Iterator[EpisodeMot
             f"the evaluation {folder} was made on other scenes (SHA-256 {settings.split_sha256[:12]}, these are "
             f"{scenes.sha256[:12]}); give the right ones by --scenes"
         )
-    config = EnvConfig(action=settings.action_config(), termination=TerminationConfig(max_steps=settings.max_steps))
+    config = settings.env_config()
     for row in rows:
         scene = by_id[row.scene_id]
         model = compile_stored_scene(scene, scenes.assets_of(scene))

@@ -9,8 +9,6 @@ from jaxtyping import Float32, Int
 
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.action import ACTION_SIZE
-from clutter6d.envs.env_config import EnvConfig
-from clutter6d.envs.termination import TerminationConfig
 from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.eval.builtin_policies import ZeroPolicy
 from clutter6d.eval.episode import EpisodeRow
@@ -103,7 +101,7 @@ class Replay:
 
     def _simulate(self, policy: RecordedPolicy | ZeroPolicy, num_envs: int, threads: int) -> Iterator[EpisodeRow]:
         settings = self.report.settings
-        config = EnvConfig(action=settings.action_config(), termination=TerminationConfig(max_steps=settings.max_steps))
+        config = settings.env_config()
         runner = EpisodeRunner(
             self._scenes, policy, config=config, seed=settings.seed, num_envs=num_envs, threads=threads
         )

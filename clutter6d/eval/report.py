@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from clutter6d.envs.action import ActionConfig
-from clutter6d.envs.termination import MAX_CONTROL_STEPS
+from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.termination import TerminationConfig
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.metrics import bootstrap_interval, wilson_interval
 from clutter6d.schema import FileModel
@@ -61,11 +62,12 @@ class RunSettings(FileModel):
     engine: str
     clutter6d: str
 
-    def action_config(self) -> ActionConfig:
-        """How actions are mapped."""
-        return ActionConfig(
+    def env_config(self) -> EnvConfig:
+        """How actions are mapped, and when an episode ends."""
+        action = ActionConfig(
             action_scale_rad=self.action_scale_rad, max_hand_step_m=self.max_hand_step_m, damping=self.damping
         )
+        return EnvConfig(action=action, termination=TerminationConfig(max_steps=self.max_steps))
 
     @property
     def label(self) -> Label:
@@ -74,7 +76,7 @@ class RunSettings(FileModel):
         Anything else is ``not official``.
         """
         is_frozen = len(self.tracks) == 1 and OFFICIAL_SPLITS.get(self.tracks[0]) == self.split_sha256
-        if not is_frozen or self.max_steps != MAX_CONTROL_STEPS or self.action_config() != ActionConfig():
+        if not is_frozen or self.env_config() != EnvConfig():
             return "not official"
         if self.sample is not None and self.sample < self.scenes:
             return "sample"

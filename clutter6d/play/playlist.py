@@ -6,7 +6,6 @@ from pathlib import Path
 
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.env_config import EnvConfig
-from clutter6d.envs.termination import TerminationConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.evaluator import episode_keys
@@ -74,7 +73,7 @@ def recorded_playlist(folder: Path, scenes: SceneCollection) -> Playlist:
         keys=tuple(replay.keys),
         policy=RecordedPolicy(read_actions(folder)),
         title=f"{settings.policy} (recorded)",
-        config=EnvConfig(action=settings.action_config(), termination=TerminationConfig(max_steps=settings.max_steps)),
+        config=settings.env_config(),
         seed=settings.seed,
         rows={row.key: row for row in read_rows(folder)},
     )

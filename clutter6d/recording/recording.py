@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
 from clutter6d.assets.asset import Asset
-from clutter6d.envs.env_config import EnvConfig
-from clutter6d.envs.termination import TerminationConfig
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.report import RunSettings
 from clutter6d.eval.runner import EpisodeKey
@@ -71,7 +69,7 @@ def record_episodes(
         StorageError: The disk is full, or the folder cannot be written.
     """
     settings = episodes.settings
-    config = EnvConfig(action=settings.action_config(), termination=TerminationConfig(max_steps=settings.max_steps))
+    config = settings.env_config()
     scenes = {scene.scene_id: scene for scene in episodes.scenes.scenes}
     compiled: tuple[str, SceneModel] | None = None
     for record in episodes.records:

@@ -103,9 +103,7 @@ def simulate_rollout(
     env.load(slot, [model], [scene.goal_pairs[record.row.pair]])
     looks, rewards, errors = [_look(env, slot)], list[RewardTerms](), list[GoalErrors]()
     for action in record.actions:
-        before = env.batch.states.copy()
-        if env.step(slot, action[None])[0]:
-            env.batch.states[:] = before
+        env.step(slot, action[None])
         looks.append(_look(env, slot))
         rewards.append(env.reward(slot))
         errors.append(env.errors(slot))
