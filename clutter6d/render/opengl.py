@@ -6,6 +6,7 @@ named, so that a process may decide late.
 
 import atexit
 import importlib
+from contextlib import ExitStack
 from types import TracebackType
 
 import mujoco
@@ -37,10 +38,13 @@ class OpenGlRenderer:
         self._model, self._data = model, mujoco.MjData(model)
         self._rect = mujoco.MjrRect(0, 0, SUPERSAMPLING * width, SUPERSAMPLING * height)
         self._context = importlib.import_module(f"mujoco.{backend}").GLContext(self._rect.width, self._rect.height)
-        self._context.make_current()
-        self._is_open = True
+        self._held = ExitStack()  # so that closing frees what there is, even if making the rest was interrupted
+        self._held.callback(self._context.free)
         atexit.register(self.close)  # after the graphics library's own, so that it runs before the library shuts down
+        self._context.make_current()
         self._buffers = self._sized_buffers()
+        self._held.callback(self._buffers.free)
+        self._held.callback(self._context.make_current)  # what is pushed last is called first
         self._scene = mujoco.MjvScene(model, maxgeom=MAX_GEOMS)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = True
         self._scene.flags[mujoco.mjtRndFlag.mjRND_HAZE] = False
@@ -88,13 +92,8 @@ class OpenGlRenderer:
 
     def close(self) -> None:
         """Free the graphics context; the object cannot be used afterwards."""
-        if not self._is_open:
-            return
-        self._is_open = False
         atexit.unregister(self.close)
-        self._context.make_current()
-        self._buffers.free()
-        self._context.free()
+        self._held.close()
 
     def __enter__(self) -> "OpenGlRenderer":
         """Enter."""
