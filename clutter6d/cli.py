@@ -94,9 +94,9 @@ def _summary(program: Program, entry: EntryPoint) -> str:
     return program.summaries.get(entry.name) or f"Provided by {entry.dist.name if entry.dist else entry.module}."
 
 
-def _show_version(context: typer.Context, is_wanted: bool) -> bool:
+def _show_version(is_wanted: bool) -> bool:
     if is_wanted:
-        print(f"{context.info_name} {__version__}")
+        print(f"clutter6d {__version__}")
         raise typer.Exit
     return is_wanted
 
