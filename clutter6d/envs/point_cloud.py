@@ -151,15 +151,47 @@ def point_clouds(
         objects: Motion of all objects, with axes ``slot object``.
         hand: Motion of the hands, with axis ``slot``.
     """
-    target = objects[:, 0]
     world = world_points(clouds.points, objects)
-    centroid = world_points(clouds.target_centroid, target)[..., 0]
+    return _clouds_of(clouds, world, objects, hand, _nearest(clouds, world, objects))
+
+
+def nearest_points(clouds: SceneClouds[Array], objects: RigidMotion[Array]) -> Int[Array, "slot 512"]:
+    """Which obstacle points are the environment's: those nearest to the target's centroid; of equals, the first.
+
+    Returns:
+        Indices of points, the obstacles' one after the other, ascending.
+    """
+    return _nearest(clouds, world_points(clouds.points, objects), objects)
+
+
+def follow_points(
+    clouds: SceneClouds[Array], objects: RigidMotion[Array], hand: RigidMotion[Array], chosen: Int[Array, "slot 512"]
+) -> PointClouds[Array]:
+    """The point clouds of all slots with given environment points, for instance those of an earlier state.
+
+    Args:
+        clouds: Canonical points; the target is each slot's first object.
+        objects: Motion of all objects, with axes ``slot object``.
+        hand: Motion of the hands, with axis ``slot``.
+        chosen: What :func:`nearest_points` gave.
+    """
+    return _clouds_of(clouds, world_points(clouds.points, objects), objects, hand, chosen)
+
+
+def _clouds_of(
+    clouds: SceneClouds[Array],
+    world: Float32[Array, "slot object 3 512"],
+    objects: RigidMotion[Array],
+    hand: RigidMotion[Array],
+    chosen: Int[Array, "slot 512"],
+) -> PointClouds[Array]:
+    target = objects[:, 0]
     hand_mass = namespace(clouds.point_mass).full_like(clouds.point_mass[:, :1], HAND_POINT_MASS_KG)
     target_spin, hand_spin = target.angular_velocity[..., None], hand.angular_velocity[..., None]
     hand_world = world_points(clouds.hand_points, hand)
     return PointClouds(
         target=_features(world[:, 0], clouds.point_mass[:, :1], target.rest[..., None], target_spin),
-        environment=_nearest_features(world[:, 1:], clouds.point_mass[:, 1:], objects[:, 1:], centroid),
+        environment=_chosen_features(world[:, 1:], clouds.point_mass[:, 1:], objects[:, 1:], chosen),
         hand=_features(hand_world, hand_mass, hand.rest[..., None], hand_spin),
     )
 
@@ -174,30 +206,41 @@ def world_points(
     return namespace(points).stack([rotated[axis] + motion.position[..., axis, None] for axis in range(3)], axis=-2)
 
 
-def _nearest_features(
+def _nearest(
+    clouds: SceneClouds[Array], world: Float32[Array, "slot object 3 512"], objects: RigidMotion[Array]
+) -> Int[Array, "slot 512"]:
+    xp = namespace(world)
+    centroid = world_points(clouds.target_centroid, objects[:, 0])
+    flat = _obstacle_by_obstacle(world[:, 1:])
+    x, y, z = (flat[:, axis] - centroid[:, axis] for axis in range(3))
+    order = xp.argsort(x * x + y * y + z * z, axis=1, stable=True)
+    return xp.sort(order[:, :ENVIRONMENT_POINTS], axis=1)
+
+
+def _obstacle_by_obstacle(world: Float32[Array, "slot obstacle 3 512"]) -> Float32[Array, "slot 3 point"]:
+    xp = namespace(world)
+    return xp.reshape(xp.permute_dims(world, (0, 2, 1, 3)), (world.shape[0], 3, world.shape[1] * world.shape[3]))
+
+
+def _chosen_features(
     world: Float32[Array, "slot obstacle 3 512"],
     point_mass: Float32[Array, "slot obstacle"],
     motion: RigidMotion[Array],
-    centroid: Float32[Array, "slot 3"],
+    chosen: Int[Array, "slot 512"],
 ) -> Float32[Array, "slot 512 7"]:
-    """Features of the obstacle points nearest to the target's centroid; of equally near ones, the first."""
+    """Features of some of the obstacle points."""
     xp = namespace(world)
-    slots, obstacles, _, points = world.shape
-    flat = xp.reshape(xp.permute_dims(world, (0, 2, 1, 3)), (slots, 3, obstacles * points))
-    x, y, z = (flat[:, axis] - centroid[:, axis, None] for axis in range(3))
-    order = xp.argsort(x * x + y * y + z * z, axis=1, stable=True)
-    chosen = xp.sort(order[:, :ENVIRONMENT_POINTS], axis=1)
-    body = chosen // points
+    body = chosen // world.shape[-1]
 
     def of_chosen(
         values: Float32[Array, "slot axis item"], at: Int[Array, "slot 512"]
     ) -> Float32[Array, "slot axis 512"]:
-        shape = (slots, values.shape[1], ENVIRONMENT_POINTS)
+        shape = (world.shape[0], values.shape[1], ENVIRONMENT_POINTS)
         return xp.take_along_axis(values, xp.broadcast_to(at[:, None], shape), axis=2)
 
     mass = of_chosen(point_mass[:, None], body)[:, 0]
     rest, spin = (of_chosen(xp.matrix_transpose(each), body) for each in (motion.rest, motion.angular_velocity))
-    return _features(of_chosen(flat, chosen), mass, rest, spin)
+    return _features(of_chosen(_obstacle_by_obstacle(world), chosen), mass, rest, spin)
 
 
 def _features(

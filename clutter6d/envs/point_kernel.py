@@ -10,6 +10,7 @@ from typing import Any, no_type_check
 
 import numba
 import numpy as np
+from jaxtyping import Int64
 
 from clutter6d.envs.point_cloud import (
     ENVIRONMENT_POINTS,
@@ -50,6 +51,15 @@ def compiled_point_clouds(
     known = *sources, *_field(objects), *hand_sources, *_field(hand), *out
     each_part(slots, lambda part: _fill_slots(part.start, part.stop, *known))
     return PointClouds(target=out[0], environment=out[1], hand=out[2])
+
+
+def compiled_nearest_points(
+    clouds: SceneClouds[np.ndarray], objects: RigidMotion[np.ndarray]
+) -> Int64[np.ndarray, "slot 512"]:
+    """Which obstacle points are the environment's, as :func:`clutter6d.envs.point_cloud.nearest_points`."""
+    chosen = np.empty((len(clouds.points), ENVIRONMENT_POINTS), dtype=np.int64)
+    _choose(clouds.points, clouds.target_centroid, *_field(objects)[:2], chosen)
+    return chosen
 
 
 def _field(motion: RigidMotion[np.ndarray]) -> list[np.ndarray]:
@@ -93,6 +103,7 @@ def _fill_slots(
     _, objects, _, size = points.shape
     world = np.empty((objects, 3, size), dtype=np.float32)
     squared = np.empty((objects - 1) * size, dtype=np.float32)
+    chosen = np.empty(out_environment.shape[1], dtype=np.int64)
     hand_world = np.empty(hand_points.shape, dtype=np.float32)
     centroid = np.empty((3, 1), dtype=np.float32)
     for slot in range(first, last):
@@ -106,19 +117,44 @@ def _fill_slots(
             _write(out_target[slot, point], world[0], point, point_mass[slot, 0], rest[slot, 0], spin[slot, 0])
         for point in range(hand_points.shape[1]):
             _write(out_hand[slot, point], hand_world, point, hand_mass, hand_rest[slot], hand_spin[slot])
-        bits = squared.view(np.uint32)
-        nearest = out_environment.shape[1]
-        limit = _bits_of_nearest(bits, nearest)
-        equal = nearest - _count_below(bits, limit)
-        row = 0
-        for index in range(len(bits)):
-            if bits[index] > limit or (bits[index] == limit and equal == 0):
-                continue
-            equal -= bits[index] == limit
-            body, point = 1 + index // size, index % size
+        _take_nearest(squared, chosen)
+        for row in range(len(chosen)):
+            body, point = 1 + chosen[row] // size, chosen[row] % size
             mass = point_mass[slot, body]
             _write(out_environment[slot, row], world[body], point, mass, rest[slot, body], spin[slot, body])
-            row += 1
+
+
+@_compiled
+@no_type_check  # the compiler is the checker
+def _choose(
+    points: np.ndarray, target_centroid: np.ndarray, rotation: np.ndarray, position: np.ndarray, out: np.ndarray
+) -> None:
+    slots, objects, _, size = points.shape
+    world = np.empty((3, size), dtype=np.float32)
+    squared = np.empty((objects - 1) * size, dtype=np.float32)
+    centroid = np.empty((3, 1), dtype=np.float32)
+    for slot in range(slots):
+        _place(target_centroid[slot], rotation[slot, 0], position[slot, 0], centroid)
+        for body in range(1, objects):
+            _place(points[slot, body], rotation[slot, body], position[slot, body], world)
+            _square_distances(world, centroid, squared[(body - 1) * size : body * size])
+        _take_nearest(squared, out[slot])
+
+
+@_compiled
+@no_type_check  # the compiler is the checker
+def _take_nearest(squared: np.ndarray, out: np.ndarray) -> None:
+    """Indices of the smallest values, ascending; of equal ones, the first."""
+    bits = squared.view(np.uint32)
+    limit = _bits_of_nearest(bits, len(out))
+    equal = len(out) - _count_below(bits, limit)
+    row = 0
+    for index in range(len(bits)):
+        if bits[index] > limit or (bits[index] == limit and equal == 0):
+            continue
+        equal -= bits[index] == limit
+        out[row] = index
+        row += 1
 
 
 @_compiled

@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from clutter6d.envs.point_cloud import SceneClouds, free_body_motion, motion_in_world, point_clouds
+from clutter6d.envs.point_cloud import (
+    SceneClouds,
+    follow_points,
+    free_body_motion,
+    motion_in_world,
+    nearest_points,
+    point_clouds,
+)
 from clutter6d.geometry import quat_from_axis_angle, quat_multiply, rotate, transform_points
 from clutter6d.seeding import generator
 from tests.scene_fixtures import make_box_scene
@@ -110,3 +117,20 @@ def test_angular_velocity_is_turned_into_the_world_frame():
     velocity = np.array([[0.0, 0, 0, 0, 0, 2.0]])
     motion = free_body_motion(pose, velocity)
     np.testing.assert_allclose(motion.angular_velocity[0], rotate(pose[0, 3:], np.array([0, 0, 2.0])), atol=1e-6)
+
+
+def test_chosen_points_are_followed_into_a_later_state(clouds):
+    """The environment's points of one state, at another: each is the same point of the same obstacle."""
+    before, after = random_motion(0), random_motion(1)
+    hands = [motion_in_world(poses[:, 0], vel[:, 0, :3], vel[:, 0, 3:]) for poses, vel in (before, after)]
+    chosen = nearest_points(clouds, free_body_motion(*before))
+    followed = follow_points(clouds, free_body_motion(*after), hands[1], chosen)
+    for slot in range(SLOTS):
+        body, point = 1 + chosen[slot] // 512, chosen[slot] % 512
+        for row in (0, 100, 511):
+            canonical = clouds.points[slot, body[row], :, point[row]].astype(np.float64)
+            expected = transform_points(after[0][slot, body[row]], canonical[None])[0]
+            np.testing.assert_allclose(followed.environment[slot, row, :3], expected, atol=1e-6)
+    same = follow_points(clouds, free_body_motion(*before), hands[0], chosen)
+    whole = point_clouds(clouds, free_body_motion(*before), hands[0])
+    assert same.environment.tobytes() == whole.environment.tobytes()

@@ -11,10 +11,11 @@ from clutter6d.envs.point_cloud import (
     SceneClouds,
     free_body_motion,
     motion_in_world,
+    nearest_points,
     point_clouds,
 )
 from clutter6d.envs.point_kernel import _compiled as compiled
-from clutter6d.envs.point_kernel import compiled_point_clouds
+from clutter6d.envs.point_kernel import compiled_nearest_points, compiled_point_clouds
 from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import quat_normalize
 from clutter6d.seeding import generator
@@ -100,3 +101,9 @@ def test_code_that_can_be_kept_nowhere_is_still_compiled():
     scope: dict = {}
     exec("def double(value):\n    return 2 * value", scope)
     assert compiled(scope["double"])(3) == 6
+
+
+@given(seed=st.integers(0, 10_000), grid_m=st.sampled_from([None, 0.05]))
+def test_compiled_and_readable_choice_of_environment_points_are_the_same(seed, grid_m):
+    clouds, objects, _ = make_case(seed, grid_m=grid_m)
+    np.testing.assert_array_equal(compiled_nearest_points(clouds, objects), nearest_points(clouds, objects))
