@@ -14,6 +14,23 @@ from clutter6d.seeding import generator
 from clutter6d.sim.model_variation import named_scales
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StreamPlaces:
+    """How far the streams of all slots are, and which episodes they run; one entry a slot.
+
+    Attributes:
+        seeds: The streams' seeds.
+        numbers: Episodes begun since each was seeded.
+        scene_ids: Scenes of the episodes that run.
+        pairs: Their goal pairs.
+    """
+
+    seeds: tuple[int, ...]
+    numbers: tuple[int, ...]
+    scene_ids: tuple[str, ...]
+    pairs: tuple[int, ...]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class EpisodeStarts:
     """What some slots begin; one entry a slot.
@@ -59,6 +76,29 @@ class EpisodeStreams:
         for slot, seed in enumerate(seeds):
             if seed is not None:
                 self._seeds[slot], self._numbers[slot] = seed, 0
+
+    @property
+    def places(self) -> StreamPlaces:
+        """Where all streams are."""
+        return StreamPlaces(
+            seeds=tuple(self._seeds),
+            numbers=tuple(self._numbers),
+            scene_ids=tuple(task.scene.scene_id for task in self._tasks),
+            pairs=tuple(task.pair_index for task in self._tasks),
+        )
+
+    def return_to(self, places: StreamPlaces) -> EpisodeStarts:
+        """Put all streams where they were, and begin the episodes that ran there once more.
+
+        Raises:
+            InvalidValueError: The places are of another number of slots, or of streams in which nothing had begun.
+            UnknownNameError: A scene is no longer there.
+        """
+        if min(places.numbers, default=0) < 1:
+            raise InvalidValueError("these streams had begun no episode; reset the environment instead")
+        self.seed(places.seeds)
+        self._numbers = [number - 1 for number in places.numbers]
+        return self.advance(np.arange(len(self._seeds)), list(zip(places.scene_ids, places.pairs, strict=True)))
 
     def advance(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> EpisodeStarts:
         """Go on to the next episode of slots.

@@ -10,9 +10,9 @@ from jaxtyping import Float32
 
 from clutter6d.envs.cameras import CameraRig
 from clutter6d.envs.env_config import EnvConfig
-from clutter6d.envs.episode_streams import EpisodeStreams
+from clutter6d.envs.episode_streams import EpisodeStarts, EpisodeStreams, StreamPlaces
 from clutter6d.envs.reward import RewardTerms
-from clutter6d.envs.slots import ClutterSlots, Slots
+from clutter6d.envs.slots import ClutterSlots, Motion, Slots
 from clutter6d.envs.termination import GoalErrors, Outcome, find_outcome, is_at_goal
 from clutter6d.envs.unstable_state import report_unstable
 from clutter6d.sim.scene_model import joint_state
@@ -59,14 +59,12 @@ class EpisodeSlots:
 
     def begin(self, slots: Slots, chosen: Sequence[tuple[str, int]] | None = None) -> None:
         """Start the next episode of slots; arguments and errors as :meth:`EpisodeStreams.advance`."""
-        starts = self._streams.advance(slots, chosen)
-        self.core.load(
-            slots,
-            [task.model for task in starts.tasks],
-            [task.pair for task in starts.tasks],
-            physics=starts.physics,
-            noise_rngs=starts.noise_rngs,
-        )
+        self._load(slots, self._streams.advance(slots, chosen))
+
+    def return_to(self, places: StreamPlaces, motion: Motion) -> None:
+        """Go on with the episodes that ran when these were read; errors as of the two methods called."""
+        self._load(np.arange(self.core.size), self._streams.return_to(places))
+        self.core.take_up(motion)
 
     def step(self, slots: Slots, actions: Float32[np.ndarray, "slot action"]) -> StepResult:
         """Advance slots by one control step; a slot whose step is invalid keeps the state before."""
@@ -99,6 +97,15 @@ class EpisodeSlots:
         """Free the graphics context of the cameras."""
         if self._rig is not None:
             self._rig.close()
+
+    def _load(self, slots: Slots, starts: EpisodeStarts) -> None:
+        self.core.load(
+            slots,
+            [task.model for task in starts.tasks],
+            [task.pair for task in starts.tasks],
+            physics=starts.physics,
+            noise_rngs=starts.noise_rngs,
+        )
 
     def _object_states(self, slots: Slots) -> Float32[np.ndarray, "slot object 15"]:
         batch = self.core.batch

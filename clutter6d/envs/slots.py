@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
@@ -24,6 +25,7 @@ from clutter6d.envs.point_kernel import compiled_point_clouds
 from clutter6d.envs.randomisation import PhysicsDraw, vary_physics
 from clutter6d.envs.reward import RewardTerms, compute_reward, finger_tips
 from clutter6d.envs.termination import GoalErrors, goal_errors, is_dropped
+from clutter6d.errors import InvalidValueError
 from clutter6d.scene import GoalPair
 from clutter6d.sim.batch import SceneBatch
 from clutter6d.sim.kinematics import HandKinematics, hand_kinematics
@@ -33,6 +35,23 @@ from clutter6d.sim.scene_model import SceneModel
 
 Slots = Int[np.ndarray, "slot"]
 _MIN_SLOTS_PER_THREAD = 8
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Motion:
+    """How far slots are in their episodes, beside what they were loaded with; one row a slot.
+
+    Attributes:
+        states: Full integration states.
+        steps: Control steps made.
+        previous_actions: Residuals asked for in the last step [rad].
+        targets_before: Joint targets of the step before the last [rad], which an arm that hears late still follows.
+    """
+
+    states: Float64[np.ndarray, "slot state"]
+    steps: Int[np.ndarray, "slot"]
+    previous_actions: Float32[np.ndarray, "slot 7"]
+    targets_before: Float64[np.ndarray, "slot 7"]
 
 
 class ClutterSlots:
@@ -118,6 +137,30 @@ class ClutterSlots:
         self.batch.reset(slots, self.start_poses[slots])
         self.previous_actions[slots] = 0
         self.steps[slots] = 0
+
+    @property
+    def motion(self) -> Motion:
+        """How far all slots are in their episodes, to be taken up again."""
+        return Motion(
+            states=self.batch.states.copy(),
+            steps=self.steps.copy(),
+            previous_actions=self.previous_actions.copy(),
+            targets_before=self._targets_before.copy(),
+        )
+
+    def take_up(self, motion: Motion) -> None:
+        """Go on from where all slots were; they must have been loaded with the same scenes, tasks and physics.
+
+        Raises:
+            InvalidValueError: The motion is of other slots or of scenes with another number of objects.
+        """
+        if motion.states.shape != self.batch.states.shape:
+            found, expected = motion.states.shape, self.batch.states.shape
+            raise InvalidValueError(f"a motion of shape {found} cannot be taken up by slots of shape {expected}")
+        self.batch.states[:] = motion.states
+        self.steps[:] = motion.steps
+        self.previous_actions[:] = motion.previous_actions
+        self._targets_before[:] = motion.targets_before
 
     def step(self, slots: Slots, actions: Float32[np.ndarray, "slot action"]) -> Bool[np.ndarray, "slot"]:
         """Command slots and advance them by one control step; returns which of them became unstable."""

@@ -1,21 +1,23 @@
 """Gymnasium's vector environment: many scenes side by side, stepped in one batch on all cores."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
-from jaxtyping import Float32
+from jaxtyping import Bool, Float32
 
 from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.batched_env import DEFAULT_SPLIT, BatchedEnv, open_tasks
 from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.episode_streams import StreamPlaces
 from clutter6d.envs.episodes import EpisodeSlots, StepResult
 from clutter6d.envs.frames import FrameRenderer
 from clutter6d.envs.info import Info, describe_start, describe_step, overlay, restrict, spread
-from clutter6d.envs.slots import Slots
+from clutter6d.envs.slots import Motion, Slots
 from clutter6d.errors import InvalidValueError, UnknownNameError
 from clutter6d.render.picture import Image
 from clutter6d.sim.scene_model import joint_state
@@ -24,6 +26,25 @@ RENDER_MODES: Final = ("rgb_array",)
 
 Observations = dict[str, np.ndarray]
 Step = tuple[Observations, np.ndarray, np.ndarray, np.ndarray, Info]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Snapshot:
+    """A vector environment between two steps: all that decides what it does next.
+
+    Attributes:
+        places: The streams of episodes.
+        motion: How far the episodes are.
+        is_over: Which of them are over and wait for a reset.
+        training_step: Control steps made, which the action scale's curriculum follows.
+        action_scale_rad: The action scale.
+    """
+
+    places: StreamPlaces
+    motion: Motion
+    is_over: Bool[np.ndarray, "env"]
+    training_step: int
+    action_scale_rad: float
 
 
 class ClutterVectorEnv(BatchedEnv[np.ndarray]):
@@ -105,6 +126,38 @@ class ClutterVectorEnv(BatchedEnv[np.ndarray]):
         if mode is AutoresetMode.SAME_STEP and self._is_over.any():
             observations, info = self._reset_now(observations, info)
         return observations, rewards, terminated, truncated, info
+
+    def snapshot(self) -> Snapshot:
+        """What it takes to go on from here, with equal arguments, to the bit.
+
+        Raises:
+            ResetNeeded: Nothing has been reset yet.
+        """
+        if not self._has_begun:
+            raise ResetNeeded("call reset() before snapshot()")
+        return Snapshot(
+            places=self.streams.places,
+            motion=self._episodes.core.motion,
+            is_over=self._is_over.copy(),
+            training_step=self.training_step,
+            action_scale_rad=self.action_scale_rad,
+        )
+
+    def restore(self, snapshot: Snapshot) -> Observations:
+        """Go on from a snapshot of an environment that was made with equal arguments.
+
+        Returns:
+            The observation at that moment.
+
+        Raises:
+            InvalidValueError: The snapshot is of another number of environments or of other scenes.
+            UnknownNameError: A scene is no longer there.
+        """
+        self._episodes.return_to(snapshot.places, snapshot.motion)
+        self._is_over = snapshot.is_over.copy()
+        self.training_step, self.action_scale_rad = snapshot.training_step, snapshot.action_scale_rad
+        self._is_seeded = self._has_begun = True
+        return self._observe()
 
     def render(self) -> tuple[Image, ...] | None:
         """A picture of each environment, ``(480, 640, 3)`` uint8; ``None`` without a render mode."""

@@ -317,3 +317,39 @@ def test_a_step_logs_nothing(caplog):
         env.reset(seed=0)
         env.step(actions(2, 0))
     assert not caplog.records
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_a_restored_snapshot_goes_on_to_the_bit(mode):
+    config = EnvConfig(
+        action=ActionConfig(curriculum=ActionScaleCurriculum(steps=20)),
+        termination=TerminationConfig(max_steps=4),
+        noise=NoiseConfig(mass=0.1, velocity=0.1, coordinates_m=0.01),
+        randomisation=MODEST_RANDOMISATION,
+    )
+    unbroken = ClutterVectorEnv(3, split=SCENES, config=config, autoreset_mode=mode)
+    unbroken.reset(seed=5)
+    only_second = {"reset_mask": np.array([False, True, False])}
+    for step in range(2):
+        unbroken.step(actions(3, step))
+        unbroken.reset(options=dict(only_second))
+    for step in range(2, 4):
+        observation = unbroken.step(actions(3, step))[0]
+    snapshot = unbroken.snapshot()
+    resumed = ClutterVectorEnv(3, split=SCENES, config=config, autoreset_mode=mode)
+    assert data_equivalence(resumed.restore(snapshot), observation)
+    for step in range(4, 13):
+        if mode is AutoresetMode.DISABLED and (over := unbroken._is_over.copy()).any():
+            assert_same(
+                unbroken.reset(options={"reset_mask": over}), resumed.reset(options={"reset_mask": over.copy()})
+            )
+        assert_same(unbroken.step(actions(3, step)), resumed.step(actions(3, step)))
+
+
+def test_a_snapshot_is_of_an_environment_that_has_begun_and_of_as_many():
+    env = ClutterVectorEnv(2, split=SCENES)
+    with pytest.raises(ResetNeeded):
+        env.snapshot()
+    env.reset(seed=0)
+    with pytest.raises(InvalidValueError, match="2 seeds for 3 environments"):
+        ClutterVectorEnv(3, split=SCENES).restore(env.snapshot())
