@@ -1,13 +1,11 @@
 """Checkpoints: one ``.pt`` file that is read without ever running what it contains.
 
 The file is what ``torch.save`` writes of a plain dictionary: a header of JSON-like values (:class:`CheckpointHeader`)
-beside a ``state_dict`` of tensors. It is unpickled by PyTorch's restricted reader alone (``weights_only=True``), after
-its size has been looked at, and believed only when header, names, shapes and values are those of its architecture.
+beside a ``state_dict`` of tensors. It is read by :mod:`dapl_baselines.tensor_file` and believed only when header,
+names, shapes and values are those of its architecture.
 """
 
 import hashlib
-import io
-import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +14,9 @@ from typing import Any, Literal, cast
 from pydantic import Field, JsonValue, ValidationError
 
 from clutter6d import __version__
-from clutter6d.errors import InvalidFileError, MissingDependencyError, MissingFileError, UnknownNameError
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingDependencyError, UnknownNameError
 from clutter6d.eval.policy import Policy, PolicyOptions
-from clutter6d.schema import FileModel, canonical_json, write_bytes
+from clutter6d.schema import FileModel, canonical_json
 
 try:
     import torch
@@ -27,10 +25,10 @@ except ModuleNotFoundError:
     raise MissingDependencyError("checkpoints need PyTorch: pip install 'clutter6d[baselines]'") from None
 
 from dapl_baselines.state_policy import StateMlp, StateMlpConfig, StatePolicy
+from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 
 FORMAT: Literal["clutter6d-checkpoint"] = "clutter6d-checkpoint"
-MAX_FILE_BYTES = 2 << 30
-MAX_PICKLE_BYTES = 16 << 20
+Precision = Literal["float32", "float16"]
 
 
 class TrainingRecord(FileModel):
@@ -42,6 +40,7 @@ class TrainingRecord(FileModel):
         unit: What ``steps`` counts.
         seed: Seed of the training.
         split_sha256: Hash of the scenes it was trained on; empty if none.
+        code_sha256: Hash of the code that trained it; empty if unknown.
         settings: The training's configuration, as plain values.
     """
 
@@ -51,6 +50,7 @@ class TrainingRecord(FileModel):
     unit: str
     seed: int
     split_sha256: str = ""
+    code_sha256: str = ""
     settings: dict[str, JsonValue] = Field(default_factory=dict)
 
 
@@ -62,7 +62,8 @@ class CheckpointHeader(FileModel):
         architecture: Name in ``ARCHITECTURES``.
         config: The architecture's configuration.
         history: How the weights came about, first to last.
-        weights_sha256: Hash of the tensors.
+        weights_sha256: Hash of the tensors as they are stored.
+        precision: Of the trained weights; buffers, such as running statistics, keep their own.
         clutter6d: Version that wrote the file.
     """
 
@@ -72,6 +73,7 @@ class CheckpointHeader(FileModel):
     config: dict[str, JsonValue]
     history: tuple[TrainingRecord, ...] = ()
     weights_sha256: str = Field(pattern="^[0-9a-f]{64}$")
+    precision: Precision = "float32"
     clutter6d: str
 
     def policy_hash(self) -> str:
@@ -86,12 +88,12 @@ class Architecture:
     Attributes:
         config: Model of its configuration.
         build: Configuration to module.
-        to_policy: Module and policy hash to policy.
+        to_policy: Module and policy hash to policy; ``None``: it is part of one at most.
     """
 
     config: type[FileModel]
     build: Callable[[Any], nn.Module]
-    to_policy: Callable[[Any, str], Policy]
+    to_policy: Callable[[Any, str], Policy] | None = None
 
 
 ARCHITECTURES: Mapping[str, Architecture] = {
@@ -112,11 +114,14 @@ def load_checkpoint_policy(path: Path, options: PolicyOptions) -> Policy:  # noq
 
     Raises:
         MissingFileError: There is no such file.
-        InvalidFileError: It is not an acceptable checkpoint.
+        InvalidFileError: It is not an acceptable checkpoint, or not of a policy.
         UnknownNameError: Its architecture is not known.
     """
     checkpoint = read_checkpoint(path)
-    return ARCHITECTURES[checkpoint.header.architecture].to_policy(checkpoint.module, checkpoint.header.policy_hash())
+    to_policy = ARCHITECTURES[checkpoint.header.architecture].to_policy
+    if to_policy is None:
+        raise InvalidFileError(path, f"holds a {checkpoint.header.architecture}, which is no policy")
+    return to_policy(checkpoint.module, checkpoint.header.policy_hash())
 
 
 def write_checkpoint(
@@ -126,26 +131,38 @@ def write_checkpoint(
     config: FileModel,
     module: nn.Module,
     history: tuple[TrainingRecord, ...] = (),
+    precision: Precision = "float32",
 ) -> CheckpointHeader:
     """Write a checkpoint, atomically.
 
+    Args:
+        path: The file.
+        architecture: Name in ``ARCHITECTURES``.
+        config: The architecture's configuration.
+        module: What is stored.
+        history: How its weights came about, first to last.
+        precision: Of the trained weights in the file; what is read back are exactly the rounded values.
+
     Raises:
         UnknownNameError: The architecture is not in the registry.
+        InvalidValueError: A weight is not finite, or too large for the precision.
         StorageError: The file cannot be written.
     """
     _find_architecture(architecture)
-    weights = {name: tensor.detach().cpu().contiguous() for name, tensor in module.state_dict().items()}
+    weights = {name: tensor.detach().cpu().contiguous() for name, tensor in _stored(module, precision).items()}
+    too_large = [name for name, tensor in weights.items() if tensor.is_floating_point() and not _is_finite(tensor)]
+    if too_large:
+        raise InvalidValueError(f"tensor '{too_large[0]}' holds values that are not finite in {precision}")
     header = CheckpointHeader(
         format=FORMAT,
         architecture=architecture,
         config=config.model_dump(mode="json"),
         history=history,
         weights_sha256=weights_sha256(weights),
+        precision=precision,
         clutter6d=__version__,
     )
-    buffer = io.BytesIO()
-    torch.save({**header.model_dump(mode="json"), "state_dict": weights}, buffer)
-    write_bytes(path, buffer.getvalue())
+    write_tensor_file(path, {**header.model_dump(mode="json"), "state_dict": weights})
     return header
 
 
@@ -157,8 +174,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
         InvalidFileError: It is too large, no checkpoint of ours, or does not fit its architecture.
         UnknownNameError: Its architecture is not known.
     """
-    _check_container(path)
-    content = _restricted_load(path)
+    content = read_tensor_file(path)
     weights = content.pop("state_dict", None)
     try:
         header = CheckpointHeader.model_validate(content)
@@ -169,7 +185,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
         field = ".".join(str(part) for part in first["loc"]) or "header"
         raise InvalidFileError(path, f"not a valid checkpoint: {field}: {first['msg']}") from None
     with torch.device("meta"):
-        expected = architecture.build(config).state_dict()
+        expected = _stored(architecture.build(config), header.precision)
     checked = _check_weights(path, weights, expected)
     if weights_sha256(checked) != header.weights_sha256:
         raise InvalidFileError(path, "not a valid checkpoint: its weights are not those it was written with")
@@ -194,39 +210,20 @@ def _find_architecture(name: str) -> Architecture:
     return ARCHITECTURES[name]
 
 
-def _check_container(path: Path) -> None:
-    """A checkpoint is an uncompressed archive of bounded size with a small pickle in it."""
-    if not path.is_file():
-        raise MissingFileError("checkpoint", path)
-    size = path.stat().st_size
-    if size > MAX_FILE_BYTES:
-        raise InvalidFileError(path, f"{size:,} bytes are more than the {MAX_FILE_BYTES:,} allowed for a checkpoint")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = archive.infolist()
-    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError) as error:
-        raise InvalidFileError(path, f"not a checkpoint: {error}") from None
-    if any(member.compress_type != zipfile.ZIP_STORED or member.file_size > size for member in members):
-        raise InvalidFileError(path, "not a checkpoint: an entry is compressed or larger than the file")
-    if any(member.filename.endswith(".pkl") and member.file_size > MAX_PICKLE_BYTES for member in members):
-        raise InvalidFileError(path, f"its structure takes more than the {MAX_PICKLE_BYTES:,} bytes allowed")
+def _stored(module: nn.Module, precision: Precision) -> dict[str, Tensor]:
+    """The tensors of a module, its trained weights in the precision in which they are stored."""
+    tensors, dtype = dict(module.state_dict()), getattr(torch, precision)
+    for name, _ in module.named_parameters():
+        tensors[name] = tensors[name].to(dtype)
+    return tensors
 
 
-def _restricted_load(path: Path) -> dict[str, Any]:
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # noqa: BLE001  a hostile file may provoke anything; none of it may escape
-        reason = " ".join(str(error).split())
-        if "Unsupported" in reason or "weights_only" in reason.lower():
-            reason = "it holds something else than plain values and tensors, which could run code"
-        raise InvalidFileError(path, f"not a checkpoint, refused: {reason[:200]}") from None
-    if not isinstance(content, dict) or not all(isinstance(key, str) for key in cast(dict[Any, Any], content)):
-        raise InvalidFileError(path, "not a checkpoint: it holds no dictionary of names")
-    return cast(dict[str, Any], content)
+def _is_finite(tensor: Tensor) -> bool:
+    return bool(torch.isfinite(tensor).all())
 
 
 def _check_weights(path: Path, weights: object, expected: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """The state dict, if it has exactly the names, shapes and types of its architecture and is finite."""
+    """The stored weights, if they have exactly the names, shapes and types of the architecture and are finite."""
     if not isinstance(weights, dict):
         raise InvalidFileError(path, "not a valid checkpoint: 'state_dict' is missing")
     found = cast(dict[object, object], weights)
@@ -241,7 +238,7 @@ def _check_weights(path: Path, weights: object, expected: Mapping[str, Tensor]) 
         if tensor.shape != wanted.shape or tensor.dtype != wanted.dtype:
             shapes = f"{tensor.dtype}{tuple(tensor.shape)}, expected {wanted.dtype}{tuple(wanted.shape)}"
             raise InvalidFileError(path, f"not a valid checkpoint: tensor '{name}' is {shapes}")
-        if tensor.is_floating_point() and not bool(torch.isfinite(tensor).all()):
+        if tensor.is_floating_point() and not _is_finite(tensor):
             raise InvalidFileError(path, f"not a valid checkpoint: tensor '{name}' holds values that are not finite")
         checked[name] = tensor
     return checked

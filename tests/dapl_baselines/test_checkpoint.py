@@ -10,7 +10,7 @@ torch = pytest.importorskip("torch")
 
 from clutter6d.cli import run  # noqa: E402
 from clutter6d.envs.slots import ClutterSlots  # noqa: E402
-from clutter6d.errors import InvalidFileError, MissingFileError, UnknownNameError  # noqa: E402
+from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError, UnknownNameError  # noqa: E402
 from clutter6d.eval.policy import Episode, PolicyInput  # noqa: E402
 from clutter6d.eval.policy_loading import load_policy  # noqa: E402
 from clutter6d.seeding import generator  # noqa: E402
@@ -221,3 +221,34 @@ def test_evaluate_refuses_a_bomb_with_exit_code_2(path, tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 1
     assert not (tmp_path / "boom").exists()
     assert not (tmp_path / "out").exists()
+
+
+def test_half_precision_reads_back_exactly_as_stored_and_takes_half_the_room(path, tmp_path):
+    half, again = tmp_path / "half.pt", tmp_path / "again.pt"
+    header = write_checkpoint(
+        half, architecture="state-mlp", config=CONFIG, module=make_module(), history=(), precision="float16"
+    )
+    module = read_checkpoint(half).module
+    for name, tensor in make_module().named_parameters():
+        assert torch.equal(dict(module.named_parameters())[name], tensor.half().float())
+    assert module.mean.dtype == torch.float32
+    assert (
+        write_checkpoint(again, architecture="state-mlp", config=CONFIG, module=module, precision="float16") == header
+    )
+    assert half.stat().st_size < 0.7 * path.stat().st_size
+    assert load_policy(str(half)).policy_hash == header.policy_hash() != load_policy(str(path)).policy_hash
+
+
+def test_a_precision_that_the_weights_are_not_stored_in_is_refused(path):
+    torch.save({**content_of(path), "precision": "float16"}, path)
+    with pytest.raises(InvalidFileError, match=r"body\.0\.weight' is torch\.float32"):
+        read_checkpoint(path)
+
+
+def test_a_weight_too_large_for_half_precision_is_not_written(tmp_path):
+    module = make_module()
+    with torch.no_grad():
+        module.body[0].weight[0, 0] = 1e6
+    with pytest.raises(InvalidValueError, match=r"body\.0\.weight' holds values that are not finite in float16"):
+        write_checkpoint(tmp_path / "x.pt", architecture="state-mlp", config=CONFIG, module=module, precision="float16")
+    assert not (tmp_path / "x.pt").exists()
