@@ -1,0 +1,34 @@
+import pytest
+
+from clutter6d.dataset.scenes import SceneCollection, load_split
+from clutter6d.errors import InvalidValueError
+from dapl_baselines.validation import open_training_scenes, part_scenes
+from tests.scene_fixtures import make_box_scene_set
+
+
+def test_the_last_64_scenes_of_sparse_train_are_held_out():
+    split, parted = load_split("sparse-train"), open_training_scenes("sparse-train")
+    names = [scene.scene_id for scene in (*parted.training.scenes, *parted.validation.scenes)]
+    assert tuple(names) == split.scene_ids
+    assert len(parted.validation.scenes) == 64
+
+
+def test_each_part_is_a_collection_with_a_name_of_its_own():
+    whole = make_box_scene_set(3)
+    parted = part_scenes(whole)
+    assert isinstance(parted.training, SceneCollection)
+    assert len({whole.sha256, parted.training.sha256, parted.validation.sha256}) == 3
+    assert parted.validation.sha256 == part_scenes(make_box_scene_set(3)).validation.sha256
+    scene = parted.validation.scenes[0]
+    assert parted.validation.assets_of(scene).keys() == whole.assets_of(scene).keys()
+
+
+@pytest.mark.parametrize("split", ["sparse-test", "dense-test"])
+def test_a_test_split_is_refused(split):
+    with pytest.raises(InvalidValueError, match="-test; train on sparse-train"):
+        open_training_scenes(split)
+
+
+def test_a_single_scene_cannot_be_parted():
+    with pytest.raises(InvalidValueError, match="give at least 2"):
+        part_scenes(make_box_scene_set(1))
