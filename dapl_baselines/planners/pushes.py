@@ -9,7 +9,7 @@ push becomes an ordinary plan that later rounds refine.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int
+from jaxtyping import Bool, Float64, Int
 
 from clutter6d.geometry import (
     quat_from_axis_angle,
@@ -61,6 +61,11 @@ class Pushes:
     min_height: float
     phase: Int[np.ndarray, "push"]
     travelled: Float64[np.ndarray, "push"]
+
+    @property
+    def is_over(self) -> Bool[np.ndarray, "push"]:
+        """Which pushes have been made in full."""
+        return (self.phase == _PUSH) & (self.travelled >= self.length)
 
     def residuals(self, arm_qpos: Float64[np.ndarray, "push 7"]) -> Float64[np.ndarray, "push 7"]:
         """Joint residuals of the next control step; advances the phases."""
