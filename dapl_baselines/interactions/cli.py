@@ -20,6 +20,7 @@ from dapl_baselines.interactions.recorder import record_episodes, shuffled_keys
 from dapl_baselines.interactions.recording import Recording
 from dapl_baselines.interactions.shards import RecordingHeader
 from dapl_baselines.interactions.sweep import SweepPolicy
+from dapl_baselines.validation import part_scenes
 
 _PARALLEL_EPISODES = 16
 
@@ -86,6 +87,7 @@ def _make_header(scenes: SceneCollection, policy: Policy, where: str, *, seed: i
         policy_hash=policy.policy_hash,
         scenes=where,
         split_sha256=scenes.sha256,
+        validation_scenes=tuple(scene.scene_id for scene in part_scenes(scenes).validation.scenes),
         objects=objects.pop(),
         seed=seed,
         max_steps=max_steps,

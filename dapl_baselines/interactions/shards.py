@@ -14,7 +14,7 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float32, Float64
@@ -31,6 +31,9 @@ SHARD_ROWS = 16_384
 RECORDING_FILE, SHARD_FILE = "recording.json", "shard.json"
 STATES_FILE, ACTIONS_FILE = "states.npy", "actions.npy"
 
+SceneId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
+"""Names a file, so it must not lead elsewhere."""
+
 
 class RecordingHeader(FileModel):
     """Everything that the episodes of a recording depend on.
@@ -40,6 +43,7 @@ class RecordingHeader(FileModel):
         policy_hash: Hash of its method, settings and weights.
         scenes: The scenes, as the command was given them.
         split_sha256: Names exactly this set of scenes.
+        validation_scenes: Scenes of them that no training may use (:mod:`dapl_baselines.validation`).
         objects: Objects of each scene.
         seed: Seed of what the policy draws, and of the order of the episodes.
         max_steps: Control steps of an episode at most.
@@ -52,6 +56,7 @@ class RecordingHeader(FileModel):
     policy_hash: str = Field(pattern="^[0-9a-f]{64}$")
     scenes: str
     split_sha256: str = Field(pattern="^[0-9a-f]{64}$")
+    validation_scenes: tuple[SceneId, ...] = Field(min_length=1)
     objects: int = Field(ge=2, le=64)
     seed: int
     max_steps: int = Field(ge=1, lt=SHARD_ROWS)
@@ -62,7 +67,7 @@ class RecordingHeader(FileModel):
 class EpisodeEntry(FileModel):
     """Where an episode's ``steps + 1`` states lie in its shard; the action of the last one is zero."""
 
-    scene_id: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")
+    scene_id: SceneId
     pair: int = Field(ge=0)
     outcome: str
     first_row: int = Field(ge=0, lt=SHARD_ROWS)

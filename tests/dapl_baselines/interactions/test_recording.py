@@ -10,10 +10,12 @@ import time
 import numpy as np
 import pytest
 
+from clutter6d.cli import run
 from clutter6d.errors import InvalidFileError, InvalidValueError, MissingFileError
 from clutter6d.eval.evaluator import EvaluationConfig
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.eval.runner import EpisodeRunner
+from dapl_baselines.cli import PROGRAM
 from dapl_baselines.interactions.recorder import record_episodes
 from dapl_baselines.interactions.recording import Recording
 from dapl_baselines.interactions.shards import RecordingHeader, open_recording, read_scene
@@ -25,6 +27,7 @@ HEADER = RecordingHeader(
     policy_hash="a" * 64,
     scenes="boxes",
     split_sha256="b" * 64,
+    validation_scenes=("boxes-1",),
     objects=4,
     seed=0,
     max_steps=12,
@@ -129,6 +132,13 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
 def test_no_recording_is_one_line(tmp_path):
     with pytest.raises(MissingFileError, match="recording of interactions not found"):
         open_recording(tmp_path)
+
+
+def test_test_splits_are_not_recorded(tmp_path, capsys):
+    options = ["record", "--policy", "zero", "--scenes", "sparse-test", "--out", str(tmp_path / "out")]
+    assert run(options, PROGRAM) == 2
+    assert "train on sparse-train" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def start_recording(scenes, out):
