@@ -169,7 +169,7 @@ def test_a_body_does_not_depend_on_the_others():
     np.testing.assert_allclose(last.reshape(-1, 6), whole[-1], rtol=0, atol=1e-12)
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @given(st.integers(0, 10_000))
 def test_a_turned_and_shifted_world_turns_velocities_with_it(seed):
     """Linear velocities turn with the world; angular ones, in the body frame, stay as they are."""
