@@ -24,8 +24,11 @@ try:
 except ModuleNotFoundError:
     raise MissingDependencyError("checkpoints need PyTorch: pip install 'clutter6d[baselines]'") from None
 
-from dapl_baselines.state_policy import StateMlp, StateMlpConfig, StatePolicy
+from dapl_baselines.policy.config import PolicyNetworkConfig
+from dapl_baselines.policy.network import PolicyNetwork
+from dapl_baselines.policy.policy import NetworkPolicy
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
 
 FORMAT: Literal["clutter6d-checkpoint"] = "clutter6d-checkpoint"
 Precision = Literal["float32", "float16"]
@@ -97,7 +100,8 @@ class Architecture:
 
 
 ARCHITECTURES: Mapping[str, Architecture] = {
-    "state-mlp": Architecture(config=StateMlpConfig, build=StateMlp, to_policy=StatePolicy),
+    "policy-network": Architecture(config=PolicyNetworkConfig, build=PolicyNetwork, to_policy=NetworkPolicy),
+    "world-model": Architecture(config=WorldModelConfig, build=WorldModel),
 }
 
 

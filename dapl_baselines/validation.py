@@ -7,7 +7,6 @@ altogether, under any name.
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -33,7 +32,7 @@ class SceneSubset:
     whole: SceneCollection
     scenes: tuple[Scene, ...]
 
-    @cached_property
+    @property
     def sha256(self) -> str:
         """Names exactly this set of scenes."""
         names = "\n".join(scene.scene_id for scene in self.scenes)

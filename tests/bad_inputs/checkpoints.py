@@ -10,9 +10,10 @@ import numpy as np
 import torch
 
 from dapl_baselines.checkpoint import write_checkpoint
-from dapl_baselines.state_policy import StateMlp, StateMlpConfig
+from dapl_baselines.policy.config import PolicyNetworkConfig
+from dapl_baselines.policy.network import PolicyNetwork
 
-CONFIG = StateMlpConfig(hidden_sizes=(8,))
+CONFIG = PolicyNetworkConfig(fusion_sizes=(8,), head_sizes=(4,))
 
 
 class Bomb:
@@ -26,7 +27,7 @@ class Bomb:
 
 
 def good(path: Path) -> None:
-    write_checkpoint(path, architecture="state-mlp", config=CONFIG, module=StateMlp(CONFIG))
+    write_checkpoint(path, architecture="policy-network", config=CONFIG, module=PolicyNetwork(CONFIG))
 
 
 def changed(change: Callable[[dict], object]) -> Callable[[Path], None]:
@@ -54,7 +55,7 @@ def bare_pickle_bomb(path: Path) -> None:
 
 
 def whole_module(path: Path) -> None:
-    torch.save(StateMlp(CONFIG), path)
+    torch.save(PolicyNetwork(CONFIG), path)
 
 
 def zip_bomb(path: Path) -> None:
@@ -80,11 +81,11 @@ def truncated(path: Path) -> None:
 
 
 def one_weight_changed(path: Path) -> None:
-    with_tensor("body.0.bias", torch.ones(8))(path)
+    with_tensor("actor.0.bias", torch.ones(4))(path)
 
 
 def nan_weights(path: Path) -> None:
-    with_tensor("body.0.bias", torch.full((8,), np.nan))(path)
+    with_tensor("actor.0.bias", torch.full((4,), np.nan))(path)
 
 
 def huge_and_hollow(path: Path) -> None:

@@ -87,23 +87,23 @@ CHECKPOINTS = [
     checkpoint_case("checkpoint-without-weights", changed(lambda it: it.pop("state_dict")), "'state_dict' is missing"),
     checkpoint_case(
         "checkpoint-of-endless-layers",
-        changed(lambda it: it["config"].update(hidden_sizes=[10**9])),
-        "hidden_sizes",
+        changed(lambda it: it["config"].update(fusion_sizes=[10**9])),
+        "fusion_sizes",
     ),
-    checkpoint_case("tensor-of-another-shape", with_tensor("body.0.bias", torch.zeros(9)), "body.0.bias", "(9,)"),
-    checkpoint_case("tensor-of-another-type", with_tensor("mean", torch.zeros(39).double()), "mean", "float64"),
-    checkpoint_case("tensor-that-is-none", with_tensor("mean", None), "mean", "not a dense tensor"),
+    checkpoint_case("tensor-of-another-shape", with_tensor("actor.0.bias", torch.zeros(9)), "actor.0.bias", "(9,)"),
+    checkpoint_case("tensor-of-another-type", with_tensor("log_std", torch.zeros(7).double()), "log_std", "float64"),
+    checkpoint_case("tensor-that-is-none", with_tensor("log_std", None), "log_std", "not a dense tensor"),
     checkpoint_case("tensor-that-does-not-belong", with_tensor("head", torch.zeros(1)), "head", "does not belong"),
-    checkpoint_case("tensor-nan", checkpoints.nan_weights, "body.0.bias", "not finite"),
+    checkpoint_case("tensor-nan", checkpoints.nan_weights, "actor.0.bias", "not finite"),
     checkpoint_case("tensor-changed", checkpoints.one_weight_changed, "not those it was written with"),
 ]
 UNKNOWN_ARCHITECTURE = Case(
     name="checkpoint-of-unknown-architecture",
     make=lambda work: [
-        changed(lambda it: it.update(architecture="state-mpl"))(work.path / "policy.pt"),
+        changed(lambda it: it.update(architecture="policy-netwrok"))(work.path / "policy.pt"),
         evaluate(work, str(work.path / "policy.pt")),
     ][1],
-    says=("unknown checkpoint architecture 'state-mpl'", "did you mean 'state-mlp'?"),
+    says=("unknown checkpoint architecture 'policy-netwrok'", "did you mean 'policy-network'?"),
 )
 
 

@@ -15,20 +15,15 @@ from clutter6d.eval.policy import Episode, PolicyInput  # noqa: E402
 from clutter6d.eval.policy_loading import load_policy  # noqa: E402
 from clutter6d.seeding import generator  # noqa: E402
 from dapl_baselines.checkpoint import TrainingRecord, read_checkpoint, write_checkpoint  # noqa: E402
-from dapl_baselines.state_policy import (  # noqa: E402
-    BATCH_ROWS,
-    STATE_SIZE,
-    StateMlp,
-    StateMlpConfig,
-    forward_in_fixed_batches,
-)
+from dapl_baselines.policy.config import PolicyNetworkConfig  # noqa: E402
+from dapl_baselines.policy.network import PolicyNetwork  # noqa: E402
 from tests.scene_fixtures import make_box_scene, write_box_scene_set  # noqa: E402
 
-CONFIG = StateMlpConfig(hidden_sizes=(64, 32))
+CONFIG = PolicyNetworkConfig(fusion_sizes=(64, 32), head_sizes=(16,))
 
 
-def make_module(seed: int = 0) -> StateMlp:
-    module = StateMlp(CONFIG)
+def make_module(seed: int = 0) -> PolicyNetwork:
+    module = PolicyNetwork(CONFIG)
     rng = generator(seed, "weights")
     with torch.no_grad():
         for tensor in module.parameters():
@@ -40,7 +35,7 @@ def make_module(seed: int = 0) -> StateMlp:
 def path(tmp_path) -> Path:
     history = (TrainingRecord(method="ppo", steps=1000, unit="environment steps", seed=0, settings={"clip": 0.3}),)
     file = tmp_path / "policy.pt"
-    write_checkpoint(file, architecture="state-mlp", config=CONFIG, module=make_module(), history=history)
+    write_checkpoint(file, architecture="policy-network", config=CONFIG, module=make_module(), history=history)
     return file
 
 
@@ -57,20 +52,10 @@ def test_a_checkpoint_comes_back_as_it_was(path):
 
 def test_the_policy_hash_follows_weights_and_configuration_and_not_the_history(path, tmp_path):
     first = load_policy(str(path)).policy_hash
-    write_checkpoint(tmp_path / "same.pt", architecture="state-mlp", config=CONFIG, module=make_module())
-    write_checkpoint(tmp_path / "other.pt", architecture="state-mlp", config=CONFIG, module=make_module(1))
+    write_checkpoint(tmp_path / "same.pt", architecture="policy-network", config=CONFIG, module=make_module())
+    write_checkpoint(tmp_path / "other.pt", architecture="policy-network", config=CONFIG, module=make_module(1))
     assert load_policy(str(tmp_path / "same.pt")).policy_hash == first
     assert load_policy(str(tmp_path / "other.pt")).policy_hash != first
-
-
-@pytest.mark.parametrize("rows", [1, 2, 7, BATCH_ROWS - 1, BATCH_ROWS, BATCH_ROWS + 1, 100])
-def test_a_rows_action_is_the_same_to_the_bit_wherever_it_stands(rows):
-    module, states = make_module(), generator(0, "states").normal(size=(100, STATE_SIZE)).astype(np.float32)
-    whole = forward_in_fixed_batches(module, states)
-    assert np.array_equal(forward_in_fixed_batches(module, states[:rows]), whole[:rows])
-    assert np.array_equal(forward_in_fixed_batches(module, states[100 - rows :]), whole[100 - rows :])
-    order = generator(rows, "order").permutation(100)
-    assert np.array_equal(forward_in_fixed_batches(module, states[order]), whole[order])
 
 
 def test_actions_stay_within_the_action_scale_and_follow_the_observation(path):
@@ -145,18 +130,18 @@ def with_tensor(name, change):
         (lambda content: {**content, "format": "something else"}, "format"),
         (lambda content: {**content, "schema_version": 2}, "schema_version"),
         (lambda content: {**content, "extra": 1}, "extra"),
-        (lambda content: {**content, "config": {"hidden_sizes": [64]}}, "tensor"),
-        (lambda content: {**content, "config": {"hidden_sizes": [10**9]}}, "hidden_sizes"),
+        (lambda content: {**content, "config": {"fusion_sizes": [64]}}, "tensor"),
+        (lambda content: {**content, "config": {"fusion_sizes": [10**9]}}, "fusion_sizes"),
         (lambda content: {**content, "config": {"layers": 3}}, "layers"),
         (lambda content: {**content, "config": torch.zeros(3)}, "config"),
         (lambda content: {**content, "weights_sha256": "0" * 64}, "not those it was written with"),
         (lambda content: {**content, "state_dict": [1, 2]}, "state_dict"),
-        (with_tensor("body.0.weight", lambda tensor: tensor[:1]), "body.0.weight"),
-        (with_tensor("body.0.weight", lambda tensor: tensor.double()), "body.0.weight"),
-        (with_tensor("body.0.weight", lambda tensor: tensor.to_sparse()), "body.0.weight"),
-        (with_tensor("body.0.weight", lambda tensor: tensor * float("nan")), "not finite"),
-        (with_tensor("body.0.weight", lambda tensor: tensor + 1), "not those it was written with"),
-        (with_tensor("body.0.weight", lambda tensor: 3.0), "not a dense tensor"),
+        (with_tensor("trunk.fusion.0.weight", lambda tensor: tensor[:1]), "trunk.fusion.0.weight"),
+        (with_tensor("trunk.fusion.0.weight", lambda tensor: tensor.double()), "trunk.fusion.0.weight"),
+        (with_tensor("trunk.fusion.0.weight", lambda tensor: tensor.to_sparse()), "trunk.fusion.0.weight"),
+        (with_tensor("trunk.fusion.0.weight", lambda tensor: tensor * float("nan")), "not finite"),
+        (with_tensor("trunk.fusion.0.weight", lambda tensor: tensor + 1), "not those it was written with"),
+        (with_tensor("trunk.fusion.0.weight", lambda tensor: 3.0), "not a dense tensor"),
         (lambda content: [content], "no dictionary"),
         (lambda content: {3: content}, "no dictionary"),
     ],
@@ -169,8 +154,8 @@ def test_a_file_that_does_not_fit_is_refused_with_the_reason(path, change, said)
 
 
 def test_an_unknown_architecture_is_named(path):
-    torch.save({**content_of(path), "architecture": "state-mpl"}, path)
-    with pytest.raises(UnknownNameError, match="did you mean 'state-mlp'"):
+    torch.save({**content_of(path), "architecture": "policy-netwrok"}, path)
+    with pytest.raises(UnknownNameError, match="did you mean 'policy-network'"):
         read_checkpoint(path)
 
 
@@ -226,14 +211,15 @@ def test_evaluate_refuses_a_bomb_with_exit_code_2(path, tmp_path, capsys):
 def test_half_precision_reads_back_exactly_as_stored_and_takes_half_the_room(path, tmp_path):
     half, again = tmp_path / "half.pt", tmp_path / "again.pt"
     header = write_checkpoint(
-        half, architecture="state-mlp", config=CONFIG, module=make_module(), history=(), precision="float16"
+        half, architecture="policy-network", config=CONFIG, module=make_module(), history=(), precision="float16"
     )
     module = read_checkpoint(half).module
     for name, tensor in make_module().named_parameters():
         assert torch.equal(dict(module.named_parameters())[name], tensor.half().float())
-    assert module.mean.dtype == torch.float32
+    assert module.trunk.statistics.mean.dtype == torch.float32
     assert (
-        write_checkpoint(again, architecture="state-mlp", config=CONFIG, module=module, precision="float16") == header
+        write_checkpoint(again, architecture="policy-network", config=CONFIG, module=module, precision="float16")
+        == header
     )
     assert half.stat().st_size < 0.7 * path.stat().st_size
     assert load_policy(str(half)).policy_hash == header.policy_hash() != load_policy(str(path)).policy_hash
@@ -241,14 +227,18 @@ def test_half_precision_reads_back_exactly_as_stored_and_takes_half_the_room(pat
 
 def test_a_precision_that_the_weights_are_not_stored_in_is_refused(path):
     torch.save({**content_of(path), "precision": "float16"}, path)
-    with pytest.raises(InvalidFileError, match=r"body\.0\.weight' is torch\.float32"):
+    with pytest.raises(InvalidFileError, match="is torch.float32"):
         read_checkpoint(path)
 
 
 def test_a_weight_too_large_for_half_precision_is_not_written(tmp_path):
     module = make_module()
     with torch.no_grad():
-        module.body[0].weight[0, 0] = 1e6
-    with pytest.raises(InvalidValueError, match=r"body\.0\.weight' holds values that are not finite in float16"):
-        write_checkpoint(tmp_path / "x.pt", architecture="state-mlp", config=CONFIG, module=module, precision="float16")
+        module.trunk.fusion[0].weight[0, 0] = 1e6
+    with pytest.raises(
+        InvalidValueError, match=r"trunk\.fusion\.0\.weight' holds values that are not finite in float16"
+    ):
+        write_checkpoint(
+            tmp_path / "x.pt", architecture="policy-network", config=CONFIG, module=module, precision="float16"
+        )
     assert not (tmp_path / "x.pt").exists()

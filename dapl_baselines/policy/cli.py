@@ -1,0 +1,112 @@
+"""The command ``dapl train policy``."""
+
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from clutter6d.errors import UnknownNameError
+from clutter6d.progress import progress_bars
+from dapl_baselines.policy.config import StatePart
+from dapl_baselines.policy.encoder_source import open_encoder
+from dapl_baselines.policy.iteration_report import IterationReport
+from dapl_baselines.policy.settings import PRESETS, TrainingSettings
+from dapl_baselines.policy.training import PolicyTraining
+from dapl_baselines.validation import TrainingScenes, open_training_scenes
+
+
+def train_policy(
+    encoder: Annotated[
+        str,
+        typer.Option(
+            help="none; dapl, with random weights; or the .pt of a world model or policy, whose encoder it is."
+        ),
+    ] = "none",
+    preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
+    split: Annotated[
+        str, typer.Option(help="A frozen training split or a folder of scenes; one scene of 16 is held out.")
+    ] = "sparse-train",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder, by default trainings/policy-ENCODER-PRESET; one that was left goes on."),
+    ] = None,
+    envs: Annotated[int | None, typer.Option(min=1, help="Environments; default the preset's.")] = None,
+    iterations: Annotated[int | None, typer.Option(min=1, help="Rollouts in all; default the preset's.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything drawn.")] = 0,
+    physics: Annotated[
+        bool, typer.Option(help="Whether the policy sees the physics parameters, which only a simulation knows.")
+    ] = True,
+    objects: Annotated[
+        bool, typer.Option(help="Whether it sees the true states of all objects, as a teacher may.")
+    ] = False,
+    device: Annotated[str, typer.Option(help="cpu or cuda; on several GPUs, start it by torchrun.")] = "cpu",
+    threads: Annotated[int, typer.Option(min=0, help="Threads of the simulation; 0 for all cores.")] = 0,
+    max_minutes: Annotated[
+        float | None, typer.Option(min=0, help="Stop after so long; the same command goes on.")
+    ] = None,
+) -> None:
+    """Train a policy by PPO on a frozen encoder; killed at any time, the same command goes on as if it had not been."""
+    scenes, source = open_training_scenes(split), open_encoder(encoder, seed)
+    settings = _settings(preset, envs, iterations, seed)
+    settings = _with_state(settings, scenes, has_physics=physics, has_objects=objects)
+    out = out or Path("trainings") / f"policy-{Path(encoder).stem}-{preset}"
+    training = PolicyTraining(scenes, settings, out, encoder=source, device=device, threads=threads)
+    console = Console(markup=False, emoji=False)
+    with progress_bars(console) as progress, closing(training.run()) as reports:
+        done = training.standing.iteration
+        bar = progress.add_task("training", total=settings.iterations, completed=done)
+        for report in _until(reports, max_minutes):
+            progress.update(bar, completed=report.iteration, description=_describe(report))
+            if report.validation is not None:
+                progress.console.print(_describe_look(report), highlight=False)
+    made = training.standing.iteration
+    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
+
+
+def _settings(preset: str, envs: int | None, iterations: int | None, seed: int) -> TrainingSettings:
+    if preset not in PRESETS:
+        raise UnknownNameError("preset", preset, PRESETS)
+    chosen = {"envs": envs, "iterations": iterations, "seed": seed}
+    return PRESETS[preset].model_copy(update={name: value for name, value in chosen.items() if value is not None})
+
+
+def _with_state(
+    settings: TrainingSettings, scenes: TrainingScenes, *, has_physics: bool, has_objects: bool
+) -> TrainingSettings:
+    """The settings, with the parts of the state that are wanted."""
+    wanted: dict[StatePart, bool] = {"physics_parameters": has_physics, "object_states": has_objects}
+    parts = [part for part in settings.network.state_parts if wanted.get(part, True)]
+    if has_objects:
+        parts.append("object_states")
+    count = len(scenes.training.scenes[0].objects) if has_objects else 0
+    network = settings.network.model_copy(update={"state_parts": tuple(parts), "objects": count})
+    return settings.model_copy(update={"network": network})
+
+
+def _until(reports: Iterator[IterationReport], max_minutes: float | None) -> Iterator[IterationReport]:
+    """The reports that come in time."""
+    start = time.monotonic()
+    for report in reports:
+        yield report
+        if max_minutes is not None and time.monotonic() - start >= 60 * max_minutes:
+            return
+
+
+def _describe(report: IterationReport) -> str:
+    episodes = report.episodes
+    if not episodes.episodes:
+        return "training"
+    return f"training: return {episodes.episode_return:.1f}, {episodes.success_rate:.1%} success"
+
+
+def _describe_look(report: IterationReport) -> str:
+    look = report.validation
+    assert look is not None
+    return (
+        f"iteration {report.iteration}, {report.environment_steps:,} steps, {report.seconds / 60:.1f} min: "
+        f"{look.success_rate:.1%} of {look.episodes} validation episodes succeed"
+    )

@@ -1,0 +1,67 @@
+"""The frozen encoder that a policy training starts from."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import torch
+
+from clutter6d.errors import InvalidFileError, UnknownNameError
+from dapl_baselines.checkpoint import TrainingRecord, read_checkpoint, weights_sha256
+from dapl_baselines.encoders.dapl import DaplEncoder, DaplEncoderConfig
+from dapl_baselines.encoders.registry import ENCODERS
+
+NO_ENCODER: Final = "none"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class EncoderSource:
+    """An encoder and where it comes from.
+
+    Attributes:
+        config: Its configuration.
+        module: With its weights.
+        history: How these came about; empty for random ones.
+    """
+
+    config: DaplEncoderConfig
+    module: DaplEncoder
+    history: tuple[TrainingRecord, ...] = ()
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the weights."""
+        return weights_sha256(self.module.state_dict())
+
+
+def open_encoder(choice: str, seed: int) -> EncoderSource | None:
+    """The encoder that an argument means.
+
+    Args:
+        choice: ``"none"``; an encoder's name, for one with random weights (as the paper's first policy has); or a
+            checkpoint of a world model or policy.
+        seed: Of random weights.
+
+    Raises:
+        UnknownNameError: Neither a name nor a ``.pt`` file.
+        MissingFileError: There is no such file.
+        InvalidFileError: It is not an acceptable checkpoint, or holds no encoder.
+    """
+    if choice == NO_ENCODER:
+        return None
+    if Path(choice).suffix == ".pt":
+        return _read_encoder(Path(choice))
+    if choice not in ENCODERS:
+        raise UnknownNameError("encoder", choice, [NO_ENCODER, *ENCODERS, "checkpoint.pt"])
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        module = DaplEncoder(DaplEncoderConfig())
+        return EncoderSource(config=module.config, module=module)
+
+
+def _read_encoder(path: Path) -> EncoderSource:
+    checkpoint = read_checkpoint(path)
+    encoder = getattr(checkpoint.module, "encoder", None)
+    if not isinstance(encoder, DaplEncoder):
+        raise InvalidFileError(path, f"holds a {checkpoint.header.architecture} without a point encoder")
+    return EncoderSource(config=encoder.config, module=encoder, history=checkpoint.header.history)

@@ -1,0 +1,47 @@
+"""From the environment's observation to what the network takes: one state vector, one cloud; NumPy's arrays or torch's.
+
+Both come as torch tensors; NumPy's arrays are not copied.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import torch
+from jaxtyping import Float32, Float64
+from torch import Tensor
+
+from clutter6d.sim.scene_model import ARM_DOF, SceneModel
+from dapl_baselines.policy.config import StatePart
+
+CLOUD_PARTS: Final = ("object_points", "environment_points", "end_effector_points")
+_TIME: Final = 1
+"""An integration state begins with the time; then come ``qpos`` and ``qvel``."""
+
+
+def state_vector(observation: Mapping[str, Any], parts: Sequence[StatePart]) -> Float32[Tensor, "row state"]:
+    """The environment state ``s_env``: parts of the observation, one after the other."""
+    return torch.cat([torch.as_tensor(observation[part]).flatten(1) for part in parts], dim=1)
+
+
+def cloud(observation: Mapping[str, Any]) -> Float32[Tensor, "row 1280 7"]:
+    """The target's 512 points, the environment's 512 and the end effector's 256."""
+    return torch.cat([torch.as_tensor(observation[part]) for part in CLOUD_PARTS], dim=1)
+
+
+def object_states(
+    states: Float64[np.ndarray, "row state"], scenes: Sequence[SceneModel]
+) -> Float32[np.ndarray, "row object 15"]:
+    """The observation's ``object_states`` from full integration states, as privileged policies are given.
+
+    Args:
+        states: Rows laid out as ``SceneBatch.states``.
+        scenes: The scene of each row, all with as many objects.
+    """
+    count = scenes[0].object_count
+    poses_at = _TIME + ARM_DOF
+    velocities_at = poses_at + 7 * count + ARM_DOF
+    poses = states[:, poses_at : poses_at + 7 * count].reshape(-1, count, 7)
+    velocities = states[:, velocities_at : velocities_at + 6 * count].reshape(-1, count, 6)
+    physics = [np.stack([scene.object_masses_kg(), scene.object_frictions()], axis=1) for scene in scenes]
+    return np.concatenate([poses, velocities, np.stack(physics)], axis=2).astype(np.float32)

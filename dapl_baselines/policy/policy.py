@@ -1,0 +1,49 @@
+"""A trained policy network as a policy of the evaluation."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float32, Int
+
+from clutter6d.eval.policy import Episode, PolicyInput
+from dapl_baselines.fixed_batches import forward_in_fixed_batches
+from dapl_baselines.policy.network import PolicyNetwork
+from dapl_baselines.policy.observation import cloud, object_states, state_vector
+
+
+class NetworkPolicy:
+    """Acts by the most likely action; keeps no memory, so slots cannot influence one another.
+
+    Args:
+        network: The trained network.
+        policy_hash: Hash of architecture, configuration and weights.
+    """
+
+    needs_observation = True
+
+    def __init__(self, network: PolicyNetwork, policy_hash: str) -> None:
+        self.policy_hash = policy_hash
+        self._network, self._config = network.eval(), network.config
+
+    @property
+    def name(self) -> str:
+        """The encoder's name says which it is."""
+        return f"{self._config.encoder.name}-policy" if self._config.encoder else "state-policy"
+
+    @property
+    def is_privileged(self) -> bool:
+        """Whether it sees what only a simulation knows."""
+        return self._config.is_privileged
+
+    def begin(self, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:
+        """Nothing to remember."""
+
+    def act(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:
+        """Joint residuals [rad]."""
+        seen: dict[str, object] = dict(inputs.observation or {})
+        if inputs.states is not None and "object_states" in self._config.state_parts:
+            seen["object_states"] = object_states(inputs.states, [it.scene_model for it in inputs.episodes])
+        network_inputs = [state_vector(seen, self._config.state_parts)]
+        if self._config.encoder:
+            network_inputs.append(cloud(seen))
+        return forward_in_fixed_batches(self._network, *network_inputs)

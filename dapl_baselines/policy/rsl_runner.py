@@ -1,0 +1,135 @@
+"""rsl_rl's runner, set up for this project: nothing printed, nothing written, one iteration at a time."""
+
+import contextlib
+import io
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from rsl_rl.runners import OnPolicyRunner
+
+from dapl_baselines.policy.rollout_env import RolloutEnv
+from dapl_baselines.policy.settings import TrainingSettings
+
+_MODULE = "dapl_baselines.policy.ppo"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rank:
+    """Which of several processes this is; ``torchrun`` tells by environment variables.
+
+    Attributes:
+        index: Of this process.
+        device: Where it trains.
+    """
+
+    index: int
+    device: str
+
+    @classmethod
+    def of_environment(cls, device: str) -> "Rank":
+        """This process; on several GPUs, the one that ``torchrun`` gave it."""
+        if device == "cuda":
+            device = f"cuda:{int(os.environ.get('LOCAL_RANK', '0'))}"
+        return cls(index=int(os.environ.get("RANK", "0")), device=device)
+
+    @property
+    def is_main(self) -> bool:
+        """Whether it writes the files."""
+        return self.index == 0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class UpdateReport:
+    """What rsl_rl tells of an iteration.
+
+    Attributes:
+        losses: By name: value, surrogate, entropy.
+        learning_rate: After the adaptive schedule's last change.
+        action_std: Mean standard deviation of the actions.
+        collect_seconds: Time for the rollout.
+        learn_seconds: Time for the update.
+    """
+
+    losses: dict[str, float]
+    learning_rate: float
+    action_std: float
+    collect_seconds: float
+    learn_seconds: float
+
+
+class UpdateLog:
+    """Stands where the runner has its logger, and keeps the last iteration's report.
+
+    Attributes:
+        report: Of the last iteration.
+        writer: What the runner looks at to know whether to write models itself: it does not.
+    """
+
+    report: UpdateReport
+    writer = None
+
+    def init_logging_writer(self) -> None:
+        """The runner starts to learn."""
+
+    def process_env_step(self, *_: Any) -> None:
+        """The runner made a step; the environments keep count themselves."""
+
+    def log(
+        self,
+        *,
+        loss_dict: dict[str, float],
+        learning_rate: float,
+        action_std: Any,
+        collect_time: float,
+        learn_time: float,
+        **_: Any,
+    ) -> None:
+        """The runner finished an iteration."""
+        self.report = UpdateReport(
+            losses=dict(loss_dict),
+            learning_rate=learning_rate,
+            action_std=float(action_std.detach().mean()),
+            collect_seconds=collect_time,
+            learn_seconds=learn_time,
+        )
+
+
+class RslRunner(OnPolicyRunner):
+    """The runner; its own ``save`` and ``load``, which unpickles, are not used.
+
+    Args:
+        env: Environments that have been reset.
+        settings: Network and PPO.
+        device: Where the networks are.
+    """
+
+    def __init__(self, env: RolloutEnv, settings: TrainingSettings, device: str) -> None:
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().__init__(env, _plain_config(env, settings), log_dir=None, device=device)
+        self.updates = self.logger = UpdateLog()
+
+    def learn_once(self) -> UpdateReport:
+        """One rollout and the update from it."""
+        self.learn(1)
+        return self.updates.report
+
+    def load(self, *_: Any, **__: Any) -> Any:
+        """Refused: rsl_rl would run what a file contains.
+
+        Raises:
+            NotImplementedError: Always.
+        """
+        raise NotImplementedError("a training is continued by dapl_baselines.policy.training")
+
+
+def _plain_config(env: RolloutEnv, settings: TrainingSettings) -> dict[str, Any]:
+    """rsl_rl's configuration; made anew for each runner, which takes entries out of it."""
+    network, entries = settings.network.model_dump(mode="json"), list(env.entries)
+    return {
+        "num_steps_per_env": settings.steps_per_env,
+        "obs_groups": {"actor": list(entries), "critic": list(entries)},
+        "algorithm": {"class_name": f"{_MODULE}:UnifiedPPO", **settings.ppo.model_dump()},
+        "actor": {"class_name": f"{_MODULE}:PolicyActor", "network": network},
+        "critic": {"class_name": f"{_MODULE}:PolicyCritic", "network": network},
+    }

@@ -1,0 +1,204 @@
+"""A policy's training in a folder: continued where it was stopped, watched on the validation scenes.
+
+run.json            everything the outcome depends on
+state.pt            how far it is: networks, optimiser, random numbers, every environment's simulation
+training.csv        one row an iteration: losses, learning rate, and what became of the episodes
+validation.csv      one row a look at the validation scenes
+policy.pt, best.pt  the policy at the last look, and at the best
+tensorboard/        the same curves
+"""
+
+import time
+from collections.abc import Generator
+from contextlib import closing, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, cast
+
+import torch
+
+from clutter6d.envs.devices import make_vector_env
+from clutter6d.seeding import seed_words
+from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
+from dapl_baselines.code_hash import code_sha256
+from dapl_baselines.policy.curves import Curves
+from dapl_baselines.policy.encoder_source import EncoderSource
+from dapl_baselines.policy.frozen_encoder import FrozenEncoder
+from dapl_baselines.policy.iteration_report import IterationReport
+from dapl_baselines.policy.observation import cloud
+from dapl_baselines.policy.policy import NetworkPolicy
+from dapl_baselines.policy.ppo import UnifiedPPO, assemble
+from dapl_baselines.policy.rollout_env import RolloutEnv
+from dapl_baselines.policy.rsl_runner import Rank, RslRunner
+from dapl_baselines.policy.run_record import RunRecord, claim_folder
+from dapl_baselines.policy.settings import TrainingSettings
+from dapl_baselines.policy.training_state import Standing, read_training_state, write_training_state
+from dapl_baselines.validation import TrainingScenes
+from dapl_baselines.validation_run import ValidationResult, run_validation
+
+ARCHITECTURE: Final = "policy-network"
+STATE_FILE, POLICY_FILE, BEST_FILE = "state.pt", "policy.pt", "best.pt"
+SAVE_SECONDS: Final = 30.0
+"""Time between two states on disk: what a kill costs at most, beside a look that was under way."""
+
+
+class PolicyTraining:
+    """One training in one folder, new or continued.
+
+    Args:
+        scenes: What is trained and watched on.
+        settings: Everything the user chooses; its network's encoder is replaced by that of ``encoder``.
+        out: The folder.
+        encoder: The frozen encoder; ``None``: the policy sees no points.
+        device: ``"cpu"`` or ``"cuda"``.
+        threads: Threads of the simulation; 0 for all cores.
+        save_seconds: Time between two states on disk.
+
+    Attributes:
+        standing: How far it is.
+
+    Raises:
+        InvalidValueError: The folder holds a training with other settings, or something else.
+        InvalidFileError: A file in it is damaged.
+        StorageError: It cannot be written.
+    """
+
+    def __init__(
+        self,
+        scenes: TrainingScenes,
+        settings: TrainingSettings,
+        out: Path,
+        *,
+        encoder: EncoderSource | None = None,
+        device: str = "cpu",
+        threads: int = 0,
+        save_seconds: float = SAVE_SECONDS,
+    ) -> None:
+        network = settings.network.model_copy(update={"encoder": encoder and encoder.config})
+        self.settings = settings.model_copy(update={"network": network})
+        self._scenes, self._out, self._source = scenes, out, encoder
+        self._threads, self._save_seconds, self._saved_at = threads, save_seconds, time.monotonic()
+        self._rank = Rank.of_environment(device)
+        if self._rank.is_main:
+            claim_folder(out, self._record(device))
+        self._env = self._make_env()
+        self._runner = self._make_runner()
+        self.standing = Standing()
+        if (out / STATE_FILE).is_file():
+            self.standing = read_training_state(out / STATE_FILE, self._runner, self._env)
+
+    def run(self) -> Generator[IterationReport, None, None]:
+        """Make the iterations that are left; each is yielded when it is made. Closed early, it loses nothing."""
+        curves = Curves(self._out, self.standing.iteration) if self._rank.is_main else None
+        with nullcontext() if curves is None else closing(curves):
+            while self.standing.iteration < self.settings.iterations:
+                report = self._iterate()
+                if curves is not None:
+                    self._keep(report, curves)
+                try:
+                    yield report
+                except GeneratorExit:
+                    self._write_state()
+                    raise
+
+    def _iterate(self) -> IterationReport:
+        """One rollout, one update, and a look at the validation scenes if it is time for one."""
+        start, number = time.monotonic(), self.standing.iteration + 1
+        update, episodes = self._runner.learn_once(), self._env.tally.take()
+        seconds = self.standing.seconds + time.monotonic() - start
+        self.standing = replace(self.standing, iteration=number, seconds=seconds)
+        is_time = number % self.settings.evaluate_every == 0 or number == self.settings.iterations
+        return IterationReport(
+            iteration=number,
+            environment_steps=self._environment_steps,
+            seconds=seconds,
+            action_scale_rad=self._env.envs.action_scale_rad,
+            episodes=episodes,
+            update=update,
+            validation=self._look() if is_time and self._rank.is_main else None,
+        )
+
+    def _keep(self, report: IterationReport, curves: Curves) -> None:
+        """Write the curves, and now and then the state."""
+        curves.add("training", report.iteration, report.curve_row())
+        if report.validation is not None:
+            curves.add("validation", report.iteration, report.validation_row())
+        if report.validation is not None or time.monotonic() - self._saved_at >= self._save_seconds:
+            self._write_state()
+
+    def _write_state(self) -> None:
+        if self._rank.is_main:
+            write_training_state(self._out / STATE_FILE, self.standing, self._runner, self._env)
+            self._saved_at = time.monotonic()
+
+    def _look(self) -> ValidationResult:
+        """Write the policy, and see how it does."""
+        policy = self._write_policy(POLICY_FILE)
+        scenes, steps = self._scenes.validation, self.settings.max_steps
+        result = run_validation(policy, scenes, max_steps=steps, threads=self._threads)
+        if result.success_rate > self.standing.best_success:
+            self._write_policy(BEST_FILE)
+            self.standing = replace(self.standing, best_success=result.success_rate)
+        return result
+
+    def _write_policy(self, name: str) -> NetworkPolicy:
+        scale = {"action_scale_rad": self._env.envs.action_scale_rad}
+        config = self.settings.network.model_copy(update=scale)
+        network = assemble(config, cast(UnifiedPPO, self._runner.alg), self._source and self._source.module)
+        before = () if self._source is None else self._source.history
+        record = TrainingRecord(
+            method="ppo",
+            steps=self._environment_steps,
+            unit="environment steps",
+            seed=self.settings.seed,
+            split_sha256=self._scenes.training.sha256,
+            code_sha256=code_sha256(),
+            settings=self.settings.model_dump(mode="json"),
+        )
+        header = write_checkpoint(
+            self._out / name, architecture=ARCHITECTURE, config=config, module=network, history=(*before, record)
+        )
+        return NetworkPolicy(network, header.policy_hash())
+
+    @property
+    def _environment_steps(self) -> int:
+        settings = self.settings
+        return self.standing.iteration * settings.steps_per_env * settings.envs * self._runner.gpu_world_size
+
+    def _make_env(self) -> RolloutEnv:
+        """This process's environments at their start; a random encoder is brought to the scale of what they show."""
+        settings, source = self.settings, self._source
+        options = {} if self._rank.device != "cpu" else {"threads": self._threads}
+        envs = make_vector_env(
+            device=self._rank.device,
+            num_envs=settings.envs,
+            split=self._scenes.training,
+            config=settings.env(),
+            autoreset_mode="SameStep",
+            **options,
+        )
+        encoder = None
+        if source is not None:
+            module = source.module.to(self._rank.device)
+            if not source.history:
+                module.train().update_statistics(cloud(envs.reset(seed=settings.seed)[0]))
+            encoder = FrozenEncoder(module, self._rank.device, getattr(torch, settings.encoder_precision))
+        env = RolloutEnv(envs, settings.network, encoder, reward_scale=settings.reward_scale)
+        env.reset(seed=settings.seed + self._rank.index * settings.envs)
+        return env
+
+    def _make_runner(self) -> RslRunner:
+        """Networks that are the same in all processes, and random numbers that are not."""
+        torch.manual_seed(self.settings.seed)
+        runner = RslRunner(self._env, self.settings, self._rank.device)
+        torch.manual_seed(seed_words(self.settings.seed, "policy training", self._rank.index)[0])
+        return runner
+
+    def _record(self, device: str) -> RunRecord:
+        return RunRecord(
+            settings=self.settings,
+            training_sha256=self._scenes.training.sha256,
+            validation_sha256=self._scenes.validation.sha256,
+            encoder_sha256="" if self._source is None else self._source.sha256,
+            device=device,
+        )

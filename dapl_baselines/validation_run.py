@@ -1,0 +1,58 @@
+"""How good a policy is on the validation scenes, while it is trained."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
+from clutter6d.eval.policy import Policy
+from clutter6d.eval.runner import EpisodeRunner
+from dapl_baselines.validation import SceneSubset
+
+PARALLEL_EPISODES = 32
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ValidationResult:
+    """Means over the episodes.
+
+    Attributes:
+        episodes: How many: the first goal pair of every scene.
+        success_rate: Share that ended at the goal, as the benchmark defines it.
+        mean_offset_cm: Mean offset of the other objects.
+        position_error_m: Distance to the goal at the end.
+        rotation_error_rad: Angle to the goal at the end.
+        steps: Control steps.
+    """
+
+    episodes: int
+    success_rate: float
+    mean_offset_cm: float
+    position_error_m: float
+    rotation_error_rad: float
+    steps: float
+
+
+def run_validation(
+    policy: Policy, scenes: SceneSubset, *, max_steps: int = MAX_CONTROL_STEPS, threads: int = 0
+) -> ValidationResult:
+    """Attempt the first goal pair of every scene, as ``clutter6d evaluate --pairs 1`` does.
+
+    Args:
+        policy: What acts.
+        scenes: The validation scenes.
+        max_steps: Control steps of an episode at most.
+        threads: Threads of the simulation; 0 for all cores.
+    """
+    config = EnvConfig(termination=TerminationConfig(max_steps=max_steps))
+    runner = EpisodeRunner(scenes, policy, config=config, num_envs=PARALLEL_EPISODES, threads=threads)
+    rows = [record.row for record in runner.run([(scene.scene_id, 0) for scene in scenes.scenes])]
+    return ValidationResult(
+        episodes=len(rows),
+        success_rate=float(np.mean([row.is_success for row in rows])),
+        mean_offset_cm=float(np.mean([row.mean_offset_cm for row in rows])),
+        position_error_m=float(np.mean([row.position_error_m for row in rows])),
+        rotation_error_rad=float(np.mean([row.rotation_error_rad for row in rows])),
+        steps=float(np.mean([row.steps for row in rows])),
+    )

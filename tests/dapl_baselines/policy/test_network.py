@@ -1,0 +1,103 @@
+import pytest
+import torch
+from pydantic import ValidationError
+
+from clutter6d.errors import InvalidValueError
+from dapl_baselines.encoders.dapl import DaplEncoderConfig
+from dapl_baselines.policy.config import PolicyNetworkConfig
+from dapl_baselines.policy.network import STATE_BOUND, CrossAttention, PolicyNetwork
+from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_POINTS, count, make_inputs, make_network
+
+
+def test_the_papers_state_has_44_numbers_and_each_part_can_be_left_out():
+    assert PolicyNetworkConfig().state_size == 9 + 14 + 9 + 5 + 7
+    without = PolicyNetworkConfig(state_parts=("hand_state", "joint_state", "relative_goal", "previous_action"))
+    assert without.state_size == 39
+    assert (without.is_privileged, PolicyNetworkConfig().is_privileged) == (False, True)
+    teacher = PolicyNetworkConfig(state_parts=("relative_goal", "object_states"), objects=4)
+    assert (teacher.state_size, teacher.is_privileged) == (9 + 4 * 15, True)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"state_parts": ("hand_state", "hand_state")},
+        {"state_parts": ()},
+        {"state_parts": ("object_states",)},
+        {"objects": 4},
+        {"query_tokens": 0},
+        {"fusion_sizes": (10**6,)},
+        {"encoder": {"name": "corm"}},
+    ],
+)
+def test_a_configuration_that_makes_no_network_is_refused(wrong):
+    with pytest.raises(ValidationError):
+        PolicyNetworkConfig.model_validate(wrong)
+
+
+def test_heads_must_divide_the_tokens():
+    with pytest.raises(InvalidValueError, match="attention_heads is 3"):
+        CrossAttention(44, 128, 1, 3)
+
+
+@pytest.mark.parametrize("queries", [1, 16])
+def test_parameter_counts_are_those_of_the_layers_of_the_paper(queries):
+    network = PolicyNetwork(PolicyNetworkConfig(encoder=DaplEncoderConfig(blocks=1), query_tokens=queries))
+    s, d = 44, 128
+    attention = (s + 1) * queries * d + 3 * (d + 1) * d
+    fusion = (queries * d + s + 1) * 512 + 513 * 256 + 257 * 128
+    assert count(network.trunk.attention) == attention
+    assert count(network.trunk) == attention + fusion
+    assert (count(network.actor), count(network.critic)) == (129 * 64 + 65 * 7, 129 * 64 + 65)
+    assert network.log_std.shape == (7,)
+
+
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])
+def test_residuals_stay_within_the_action_scale(config):
+    network, inputs = make_network(config), make_inputs(config, 5)
+    with torch.no_grad():
+        network.actor[-1].weight.mul_(100)
+        residuals = network(*inputs)
+    assert residuals.shape == (5, 7)
+    assert residuals.abs().max() == torch.tensor(0.1)
+
+
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])
+@torch.no_grad()
+def test_rows_do_not_see_each_other(config):
+    network, inputs = make_network(config), make_inputs(config, 4)
+    others = tuple(torch.cat([rows[:1], -rows[1:]]) for rows in inputs)
+    torch.testing.assert_close(network(*inputs)[0], network(*others)[0])
+    assert not torch.allclose(network(*inputs)[1], network(*others)[1])
+
+
+@torch.no_grad()
+def test_both_the_state_and_the_points_count():
+    network, (state, cloud) = make_network(WITH_POINTS), make_inputs(WITH_POINTS, 3)
+    assert not torch.allclose(network(state, cloud), network(state, 2 * cloud))
+    assert not torch.allclose(network(state, cloud), network(2 * state, cloud))
+
+
+@torch.no_grad()
+def test_cross_attention_is_the_weighted_sum_that_the_state_asks_for():
+    attention = CrossAttention(5, 4, queries=2, heads=1)
+    state, tokens = torch.randn(3, 5), torch.randn(3, 6, 4)
+    found = attention(state, tokens)
+    for row in range(3):
+        for query in range(2):
+            asked = attention.to_queries(state[row])[4 * query : 4 * query + 4]
+            weights = torch.softmax(attention.to_keys(tokens[row]) @ asked / 2, dim=0)
+            expected = attention.project(weights @ attention.to_values(tokens[row]))
+            torch.testing.assert_close(found[row, 4 * query : 4 * query + 4], expected)
+
+
+@torch.no_grad()
+def test_the_state_is_normalised_by_what_training_saw_and_clipped():
+    network = make_network(STATE_ONLY)
+    seen = 5 + 3 * torch.randn(1000, STATE_ONLY.state_size)
+    network.trunk.train().statistics.update(seen)
+    network.eval()
+    torch.testing.assert_close(network.trunk.statistics(seen).std(dim=0), torch.ones(44), atol=1e-2, rtol=0)
+    far = torch.full((1, 44), 1e6)
+    bound = network.trunk.statistics.undo(torch.full((1, 44), STATE_BOUND))
+    torch.testing.assert_close(network(far), network(bound))
