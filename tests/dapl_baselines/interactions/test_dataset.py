@@ -11,7 +11,7 @@ from dapl_baselines.interactions.dataset import open_interactions
 from dapl_baselines.interactions.recording import Recording
 from dapl_baselines.interactions.shards import RECORDING_FILE, open_recording
 from dapl_baselines.interactions.states import unpack_states
-from tests.dapl_baselines.interactions.conftest import make_header
+from tests.dapl_baselines.interactions.pushed_boxes import make_header
 
 
 def test_every_step_of_every_episode_is_a_transition_of_its_side(pushed_boxes):

@@ -1,0 +1,138 @@
+"""Settings of a world model's training, as they stand in its folder and in its checkpoint."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, Literal
+
+from pydantic import Field, model_validator
+
+from clutter6d.errors import InvalidValueError, UnknownNameError
+from clutter6d.schema import FileModel, read_model, write_model
+from dapl_baselines.world_model.batches import BatchConfig
+from dapl_baselines.world_model.loss import LossConfig
+from dapl_baselines.world_model.model import WorldModelConfig
+
+CONFIG_FILE: Final = "config.json"
+
+
+class TrainConfig(FileModel):
+    """How a world model is trained; the paper gives 500,000 steps and nothing else.
+
+    Attributes:
+        schema_version: Of these fields.
+        steps: Optimiser steps at most.
+        minutes: Minutes at most, over all the times it is started; ``None``: no limit. The learning rate follows
+            whichever limit is nearer.
+        batch: How batches are drawn.
+        learning_rate: Of AdamW, after the warm-up.
+        warmup_steps: Steps in which the learning rate rises from zero.
+        schedule: ``cosine``: falls to zero at the end; ``constant``: stays.
+        weight_decay: Of AdamW.
+        max_gradient_norm: Gradients longer than this are cut to it.
+        precision: Of matrix products in training; weights stay float32. PyTorch's gradient of attention in bfloat16 is
+            twenty times slower than in float32 on a CPU, so it pays on a graphics card alone.
+        log_every: Steps that a row of the loss curve is the mean of.
+        save_every: Steps between two states that a killed training goes on from.
+        validate_every: Steps between two looks at the scenes that are held out.
+        validation_clouds: Transitions that are looked at.
+        patience: Looks without improvement after which the training ends.
+        seed: Of initial weights and batches.
+    """
+
+    schema_version: Literal[1] = 1
+    steps: int = Field(default=500_000, ge=1)
+    minutes: float | None = Field(default=None, gt=0)
+    batch: BatchConfig = Field(default_factory=BatchConfig)
+    learning_rate: float = Field(default=3e-4, gt=0)
+    warmup_steps: int = Field(default=500, ge=0)
+    schedule: Literal["cosine", "constant"] = "cosine"
+    weight_decay: float = Field(default=0.01, ge=0)
+    max_gradient_norm: float = Field(default=1.0, gt=0)
+    precision: Literal["bfloat16", "float32"] = "float32"
+    log_every: int = Field(default=10, ge=1)
+    save_every: int = Field(default=100, ge=1)
+    validate_every: int = Field(default=500, ge=1)
+    validation_clouds: int = Field(default=1024, ge=1)
+    patience: int = Field(default=20, ge=1)
+    seed: int = 0
+
+    @model_validator(mode="after")
+    def _rows_of_curves_are_whole_when_it_is_saved(self) -> "TrainConfig":
+        if self.save_every % self.log_every or self.validate_every % self.save_every:
+            raise ValueError("save_every must be a multiple of log_every, and validate_every of save_every")
+        return self
+
+    def progress(self, step: int, seconds: float) -> float:
+        """How much of the training is done, in [0, 1]."""
+        shares = [step / self.steps, seconds / (60 * self.minutes) if self.minutes else 0.0]
+        return min(1.0, max(shares))
+
+    def learning_rate_at(self, step: int, seconds: float) -> float:
+        """The learning rate of a step that begins so many seconds after the training did."""
+        warm = min(1.0, (step + 1) / self.warmup_steps) if self.warmup_steps else 1.0
+        if self.schedule == "constant":
+            return warm * self.learning_rate
+        return warm * self.learning_rate * (1 + math.cos(math.pi * self.progress(step, seconds))) / 2
+
+
+class RunConfig(FileModel):
+    """Everything that a training's result depends on.
+
+    Attributes:
+        schema_version: Of these fields.
+        model: What is trained.
+        loss: What it is trained to make small.
+        train: How.
+        data_sha256: Names the interactions it is trained on.
+    """
+
+    schema_version: Literal[1] = 1
+    model: WorldModelConfig
+    loss: LossConfig = Field(default_factory=LossConfig)
+    train: TrainConfig
+    data_sha256: str = Field(pattern="^[0-9a-f]{64}$")
+
+
+def claim(out: Path, config: RunConfig) -> None:
+    """Make the folder this training's, or find that it already is.
+
+    Raises:
+        InvalidValueError: It is of a training with other settings, or of something else.
+        InvalidFileError: Its ``config.json`` is damaged.
+        StorageError: It cannot be written.
+    """
+    path = out / CONFIG_FILE
+    if path.is_file():
+        before, now = read_model(path, RunConfig, what="training").model_dump(), config.model_dump()
+        changed = [name for name in now if before[name] != now[name]]
+        if changed:
+            raise InvalidValueError(f"{out} is of a training with another '{changed[0]}'; choose another --out")
+    elif out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InvalidValueError(f"{out} is neither an empty folder nor a training; choose another --out")
+    else:
+        write_model(path, config)
+
+
+TRAIN_PRESETS: Final[Mapping[str, TrainConfig]] = {
+    "laptop": TrainConfig(minutes=60.0, batch=BatchConfig(rows=32)),
+    "paper": TrainConfig(
+        batch=BatchConfig(rows=256, moving_share=0.5, is_turned=False),
+        schedule="constant",
+        precision="bfloat16",
+        save_every=1_000,
+        validate_every=5_000,
+    ),
+}
+"""``laptop``: an hour on two cores without a graphics card. ``paper``: the paper's number of steps."""
+
+
+def find_train_preset(name: str) -> TrainConfig:
+    """The settings of a name.
+
+    Raises:
+        UnknownNameError: There are none.
+    """
+    if name not in TRAIN_PRESETS:
+        raise UnknownNameError("training preset", name, TRAIN_PRESETS)
+    return TRAIN_PRESETS[name]

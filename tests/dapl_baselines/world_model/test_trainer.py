@@ -1,0 +1,125 @@
+"""Trainings: they learn, they end when they should, and a kill changes nothing."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from clutter6d.errors import InvalidFileError, InvalidValueError
+from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.world_model.trained import load_encoder, load_world_model
+from dapl_baselines.world_model.trainer import DivergedError
+from tests.dapl_baselines.world_model.tiny import make_trainer
+
+
+def curve(path: Path) -> np.ndarray:
+    """All columns but the clock's."""
+    with path.open() as file:
+        rows = [{key: float(value) for key, value in row.items() if key != "seconds"} for row in csv.DictReader(file)]
+    return np.array([list(row.values()) for row in rows])
+
+
+@pytest.fixture(scope="module")
+def trained(pushed_boxes, tmp_path_factory):
+    out = tmp_path_factory.mktemp("trained") / "out"
+    make_trainer(pushed_boxes, out).run()
+    return out
+
+
+def test_a_training_leaves_curves_a_state_and_the_best_model(trained):
+    losses, validation = curve(trained / "losses.csv"), curve(trained / "validation.csv")
+    assert losses[:, 0].tolist() == list(range(2, 31, 2))
+    assert validation[:, 0].tolist() == [8, 16, 24, 30]
+    model, checkpoint = load_world_model(trained / "world-model.pt")
+    best = validation[validation[:, 2].argmin(), 0]
+    assert checkpoint.header.history[0].steps == best
+    assert checkpoint.header.history[0].settings["train"]["seed"] == 3
+    assert not model.training
+    assert list((trained / "tensorboard").iterdir())
+
+
+def test_the_encoder_comes_frozen_out_of_the_checkpoint(trained):
+    encoder = load_encoder(trained / "world-model.pt")
+    assert not any(weight.requires_grad for weight in encoder.parameters())
+    assert encoder(torch.rand(2, 1280, 7)).shape == (2, 40, 16)
+
+
+def test_a_finished_training_is_not_made_again(trained, pushed_boxes):
+    before = (trained / "training.pt").read_bytes()
+    trainer = make_trainer(pushed_boxes, trained)
+    assert trainer.is_over
+    trainer.run()
+    assert trainer.step == 30
+    assert (trained / "training.pt").read_bytes() == before
+
+
+def test_a_killed_training_goes_on_with_the_same_losses(trained, pushed_boxes, tmp_path):
+    """A real kill of a real process, in the middle; the unbroken training is this process's."""
+    out, root = tmp_path / "out", Path(__file__).parents[3]
+    command = [sys.executable, "-m", "tests.dapl_baselines.world_model.tiny", str(pushed_boxes), str(out)]
+    environment = {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
+    process = subprocess.Popen(command, cwd=root, env=environment, stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 60
+    while not (out / "training.pt").is_file():
+        assert time.monotonic() < deadline
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.002)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    with (out / "losses.csv").open("a") as file:
+        file.write("99,1.0\n100")
+    trainer = make_trainer(pushed_boxes, out)
+    assert 4 <= trainer.step < 30
+    trainer.run()
+    for name in ("losses.csv", "validation.csv"):
+        np.testing.assert_allclose(curve(out / name), curve(trained / name), rtol=1e-5)
+    whole, broken = (load_world_model(folder / "world-model.pt")[0].state_dict() for folder in (trained, out))
+    for name, tensor in whole.items():
+        torch.testing.assert_close(broken[name], tensor, msg=name)
+
+
+def test_it_ends_when_held_out_scenes_do_not_get_better(pushed_boxes, tmp_path):
+    trainer = make_trainer(pushed_boxes, tmp_path / "out", steps=1000, learning_rate=1e-12, patience=1)
+    trainer.run()
+    assert trainer.step < 100
+
+
+def test_it_ends_when_its_time_is_over(pushed_boxes, tmp_path):
+    trainer = make_trainer(pushed_boxes, tmp_path / "out", steps=1000, minutes=0.005)
+    trainer.run()
+    assert trainer.step < 1000
+    assert (tmp_path / "out" / "world-model.pt").is_file()
+
+
+def test_a_loss_that_is_not_finite_ends_it(pushed_boxes, tmp_path):
+    trainer = make_trainer(pushed_boxes, tmp_path / "out", learning_rate=1e30, warmup_steps=0, max_gradient_norm=1e30)
+    with pytest.raises(DivergedError, match="not finite at step"):
+        trainer.run()
+
+
+def test_other_settings_need_another_folder(trained, pushed_boxes):
+    with pytest.raises(InvalidValueError, match="another 'train'"):
+        make_trainer(pushed_boxes, trained, seed=4)
+
+
+def test_a_folder_of_something_else_is_left_alone(pushed_boxes, tmp_path):
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(InvalidValueError, match="neither an empty folder nor a training"):
+        make_trainer(pushed_boxes, tmp_path)
+
+
+@pytest.mark.parametrize("damage", [lambda content: content.pop("step"), lambda content: content["model"].popitem()])
+def test_a_damaged_state_is_one_line(pushed_boxes, tmp_path, damage):
+    make_trainer(pushed_boxes, tmp_path / "out", steps=4).run()
+    content = read_tensor_file(tmp_path / "out" / "training.pt")
+    damage(content)
+    write_tensor_file(tmp_path / "out" / "training.pt", content)
+    with pytest.raises(InvalidFileError, match="not the state of this training"):
+        make_trainer(pushed_boxes, tmp_path / "out", steps=4)
