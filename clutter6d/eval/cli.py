@@ -18,7 +18,7 @@ from clutter6d.errors import MissingFileError
 from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.episode_tasks import run_in_workers
 from clutter6d.eval.evaluator import REPORT_FILE, Evaluation, EvaluationConfig, Part
-from clutter6d.eval.policy import PolicyOptions
+from clutter6d.eval.policy import PolicyOptions, is_planner
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.eval.replay import Replay
 from clutter6d.eval.report import Report, to_table
@@ -79,7 +79,7 @@ def evaluate(
     run = partial(_run, evaluation, again, threads=threads, workers=workers, executor=where)
     console = Console(markup=False, emoji=False)
     with progress_bars(console) as progress:
-        at_once = num_envs or (1 if loaded.is_privileged else PARALLEL_EPISODES)
+        at_once = num_envs or (1 if is_planner(loaded) else PARALLEL_EPISODES)
         _show(evaluation, progress, loaded.name, run("journal", num_envs=at_once))
         done = len(evaluation.finished("floor"))
         bar = progress.add_task("zero action (floor)", total=len(evaluation.keys), completed=done)

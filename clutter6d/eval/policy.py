@@ -99,6 +99,11 @@ class Policy(Protocol):
         ...
 
 
+def is_planner(policy: Policy) -> bool:
+    """Whether a policy plans in the simulator, which takes seconds an episode: it reads the state and no observation."""
+    return policy.is_privileged and not policy.needs_observation
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PolicyOptions:
     """What a policy's factory is told.

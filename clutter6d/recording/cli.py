@@ -12,7 +12,7 @@ from clutter6d.envs.termination import MAX_CONTROL_STEPS
 from clutter6d.errors import InvalidValueError, MissingFileError
 from clutter6d.eval.cli import PARALLEL_EPISODES, SCENES_FILE, ScenesLocation, open_all_scenes, remember_scenes
 from clutter6d.eval.evaluator import Evaluation, EvaluationConfig
-from clutter6d.eval.policy import PolicyOptions
+from clutter6d.eval.policy import PolicyOptions, is_planner
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.progress import progress_bars
 from clutter6d.recording.formats import RecordingPlan, find_formats
@@ -122,7 +122,7 @@ def _open_run(policy: str, scenes: str, out: Path | None, config: EvaluationConf
     out = out or Path("recordings") / f"{loaded.name}-{Path(scenes).name}"
     evaluation = Evaluation(collection, loaded, out / EPISODES_FOLDER, config)
     remember_scenes(out / EPISODES_FOLDER, scenes)
-    return _Run(out=out, scenes=collection, evaluation=evaluation, is_planner=loaded.is_privileged)
+    return _Run(out=out, scenes=collection, evaluation=evaluation, is_planner=is_planner(loaded))
 
 
 def _run_episodes(run: _Run, count: int, num_envs: int | None, threads: int, console: Console) -> RecordedEpisodes:

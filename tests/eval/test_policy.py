@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clutter6d.errors import InvalidValueError, MissingDependencyError, MissingFileError, UnknownNameError, UserError
-from clutter6d.eval.policy import Episode, PolicyInput, PolicyOptions
+from clutter6d.eval.policy import Episode, PolicyInput, PolicyOptions, is_planner
 from clutter6d.eval.policy_loading import load_policy
 from tests.scene_fixtures import make_box_scene
 
@@ -80,3 +80,8 @@ def test_a_package_that_a_users_module_lacks_is_named(tmp_path, monkeypatch):
     write_module(tmp_path, monkeypatch, "hungry_policy", "import no_such_dependency")
     with pytest.raises(MissingDependencyError, match="no_such_dependency"):
         load_policy("hungry_policy:make")
+
+
+@pytest.mark.parametrize(("name", "plans"), [("planner", True), ("zero", False), ("random", False)])
+def test_a_policy_that_plans_is_told_apart(name, plans):
+    assert is_planner(load_policy(name)) is plans
