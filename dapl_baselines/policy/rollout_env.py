@@ -48,11 +48,6 @@ class RolloutEnv(VecEnv):
         self.tally = EpisodeTally(self.num_envs, self.device)
         self._seen = TensorDict({}, batch_size=[self.num_envs])
 
-    @property
-    def entries(self) -> tuple[str, ...]:
-        """Entries of an observation."""
-        return (STATE_KEY,) if self._encoder is None else (STATE_KEY, TOKENS_KEY)
-
     def reset(self, seed: int) -> None:
         """Begin episodes in all environments."""
         self._seen = self._encode(self.envs.reset(seed=seed)[0])

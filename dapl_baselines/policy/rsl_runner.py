@@ -6,9 +6,9 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+from rsl_rl.env import VecEnv
 from rsl_rl.runners import OnPolicyRunner
 
-from dapl_baselines.policy.rollout_env import RolloutEnv
 from dapl_baselines.policy.settings import TrainingSettings
 
 _MODULE = "dapl_baselines.policy.ppo"
@@ -104,7 +104,7 @@ class RslRunner(OnPolicyRunner):
         device: Where the networks are.
     """
 
-    def __init__(self, env: RolloutEnv, settings: TrainingSettings, device: str) -> None:
+    def __init__(self, env: VecEnv, settings: TrainingSettings, device: str) -> None:
         with contextlib.redirect_stdout(io.StringIO()):
             super().__init__(env, _plain_config(env, settings), log_dir=None, device=device)
         self.updates = self.logger = UpdateLog()
@@ -123,9 +123,9 @@ class RslRunner(OnPolicyRunner):
         raise NotImplementedError("a training is continued by dapl_baselines.policy.training")
 
 
-def _plain_config(env: RolloutEnv, settings: TrainingSettings) -> dict[str, Any]:
+def _plain_config(env: VecEnv, settings: TrainingSettings) -> dict[str, Any]:
     """rsl_rl's configuration; made anew for each runner, which takes entries out of it."""
-    network, entries = settings.network.model_dump(mode="json"), list(env.entries)
+    network, entries = settings.network.model_dump(mode="json"), [*env.get_observations().keys()]
     return {
         "num_steps_per_env": settings.steps_per_env,
         "obs_groups": {"actor": list(entries), "critic": list(entries)},

@@ -21,7 +21,7 @@ from clutter6d.envs.devices import make_vector_env
 from clutter6d.seeding import seed_words
 from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
-from dapl_baselines.policy.curves import Curves
+from dapl_baselines.curves import Curves
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.frozen_encoder import FrozenEncoder
 from dapl_baselines.policy.iteration_report import IterationReport

@@ -9,8 +9,6 @@ from typing import Any, Final
 from clutter6d.errors import InvalidFileError, MissingDependencyError
 from clutter6d.schema import read_bytes, write_bytes
 
-ITERATION: Final = "iteration"
-"""The first column of every curve."""
 TENSORBOARD_FOLDER: Final = "tensorboard"
 
 
@@ -19,24 +17,25 @@ class Curves:
 
     Args:
         folder: The folder.
-        last: Iterations made before.
+        last: What was counted before: the last iteration or step that need not be made again.
+        counted: What is counted, the first column.
 
     Raises:
         MissingDependencyError: TensorBoard is not installed.
     """
 
-    def __init__(self, folder: Path, last: int) -> None:
-        self._folder, self._last = folder, last
+    def __init__(self, folder: Path, last: int, *, counted: str = "iteration") -> None:
+        self._folder, self._last, self._counted = folder, last, counted
         self._scalars = _open_tensorboard(folder / TENSORBOARD_FOLDER, last)
         self._begun: set[str] = set()
 
-    def add(self, name: str, iteration: int, values: Mapping[str, float]) -> None:
+    def add(self, name: str, number: int, values: Mapping[str, float]) -> None:
         """Add a point to a curve.
 
         Raises:
             InvalidFileError: The file in its place is not a curve.
         """
-        path, row = self._folder / f"{name}.csv", {ITERATION: iteration, **values}
+        path, row = self._folder / f"{name}.csv", {self._counted: number, **values}
         if name not in self._begun:
             self._begun.add(name)
             _cut(path, self._last, list(row))
@@ -44,7 +43,7 @@ class Curves:
             csv.DictWriter(file, list(row), lineterminator="\n").writerow(row)
         for key, value in values.items():
             if math.isfinite(value):
-                self._scalars.add_scalar(f"{name}/{key}", value, iteration)
+                self._scalars.add_scalar(f"{name}/{key}", value, number)
 
     def close(self) -> None:
         """Write what is not yet written."""
@@ -62,7 +61,7 @@ def _cut(path: Path, last: int, columns: list[str]) -> None:
 
 
 def _open_tensorboard(folder: Path, last: int) -> Any:
-    """A writer that hides what was written of iterations after the last."""
+    """A writer that hides what was written after the last number."""
     try:
         from torch.utils.tensorboard import SummaryWriter
     except ImportError:

@@ -1,0 +1,52 @@
+import json
+
+import pytest
+
+from clutter6d.cli import run
+from dapl_baselines.checkpoint import read_checkpoint
+from dapl_baselines.cli import PROGRAM
+from tests.scene_fixtures import write_box_scene_set
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_box_scene_set(tmp_path / "scenes", 2)
+    return tmp_path
+
+
+def train(folder, *options: str, out: str = "run") -> int:
+    fixed = ["--split", str(folder / "scenes"), "--out", str(folder / out), "--envs", "2", "--threads", "1"]
+    return run(["train", "policy", *fixed, *options], PROGRAM)
+
+
+def test_it_trains_and_stops_in_time_and_goes_on(folder, capsys):
+    assert train(folder, "--iterations", "2", "--no-physics", "--max-minutes", "0") == 0
+    assert "1 of 2 iterations are made" in capsys.readouterr().out
+    assert train(folder, "--iterations", "2", "--no-physics") == 0
+    assert "0.0% of 1 validation episodes succeed" in capsys.readouterr().out
+    checkpoint = read_checkpoint(folder / "run" / "policy.pt")
+    assert not checkpoint.module.config.is_privileged
+    assert checkpoint.module.config.encoder is None
+
+
+def test_a_teacher_sees_the_objects_of_the_scenes(folder):
+    assert train(folder, "--iterations", "2", "--objects", "--max-minutes", "0") == 0
+    network = json.loads((folder / "run" / "run.json").read_text())["settings"]["network"]
+    assert (network["objects"], network["state_parts"][-1]) == (4, "object_states")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--preset", "labtop"), "unknown preset 'labtop'; did you mean 'laptop'?"),
+        (("--encoder", "corm"), "unknown encoder 'corm'"),
+        (("--encoder", "missing.pt"), "checkpoint not found"),
+        (("--split", "sparse-test"), "scenes of sparse-test; train on sparse-train"),
+    ],
+)
+def test_a_mistake_is_one_line_and_leaves_nothing(folder, capsys, options, said):
+    assert train(folder, *options) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not (folder / "run").exists()
