@@ -1,0 +1,75 @@
+"""An exported policy, run by ONNX Runtime; a robot's computer needs no PyTorch."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float32
+
+from clutter6d.errors import InvalidFileError, MissingDependencyError
+from dapl_baselines.serving.manifest import ACTIONS, ONNX_FILE, read_exported, read_manifest
+
+try:
+    import onnxruntime
+except ModuleNotFoundError:
+    raise MissingDependencyError("exported policies need ONNX Runtime: pip install 'clutter6d[serve]'") from None
+
+
+class OnnxPolicy:
+    """An exported policy; keeps no memory.
+
+    Args:
+        folder: What ``dapl export`` wrote.
+
+    Attributes:
+        manifest: What it is, takes and gives.
+
+    Raises:
+        MissingFileError: There is no exported policy.
+        InvalidFileError: It is not valid, or not the file that was exported.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.manifest = read_manifest(folder)
+        content = read_exported(folder, self.manifest, "onnx")
+        try:
+            self._session = open_session(content)
+        except Exception as error:  # noqa: BLE001  the runtime's errors have no common base
+            raise InvalidFileError(folder / ONNX_FILE, f"cannot be run: {' '.join(str(error).split())[:200]}") from None
+
+    @property
+    def name(self) -> str:
+        """Of the checkpoint that was exported."""
+        return self.manifest.policy
+
+    @property
+    def policy_hash(self) -> str:
+        """Of the checkpoint that was exported."""
+        return self.manifest.policy_hash
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The entries of the observation that it takes."""
+        return self.manifest.fields
+
+    @property
+    def action_scale_rad(self) -> float:
+        """No residual is larger [rad]."""
+        return self.manifest.action_scale_rad
+
+    def begin(self, slot: int) -> None:
+        """Nothing to forget."""
+
+    def act(self, slot: int, observation: Mapping[str, Float32[np.ndarray, "..."]]) -> Float32[np.ndarray, "7"]:  # noqa: ARG002
+        """Joint residuals [rad]."""
+        rows = {name: observation[name][None] for name in self.fields}
+        return self._session.run([ACTIONS.name], rows)[0][0]
+
+
+def open_session(content: bytes) -> Any:
+    """ONNX Runtime on one thread of the processor: the same bits each time, and for one row no slower."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
