@@ -18,6 +18,7 @@ from dapl_baselines.world_model.batches import some_of
 from dapl_baselines.world_model.evaluation import ErrorTable, evaluate
 from dapl_baselines.world_model.loss import LossConfig
 from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
+from dapl_baselines.world_model.picture import draw_predictions
 from dapl_baselines.world_model.presets import find_preset
 from dapl_baselines.world_model.report import DataSummary, Report, to_markdown
 from dapl_baselines.world_model.train_config import RunConfig, TrainConfig, find_train_preset
@@ -134,3 +135,16 @@ def _errors(
         bar = progress.add_task(what, total=len(chosen))
         found = evaluate(model, data, chosen, loss=loss, show=lambda done: progress.update(bar, completed=done))
     return found.errors
+
+
+def show_predictions(
+    data: Data,
+    model: Annotated[Path, typer.Option(help="Checkpoint of a world model, world-model.pt.")],
+    out: Annotated[Path, typer.Option(help="The picture.")] = Path("predictions.png"),
+    count: Annotated[int, typer.Option(min=1, max=12, help="Transitions, one a row.")] = 4,
+    seed: Annotated[int, typer.Option(help="Of the choice of transitions.")] = 0,
+) -> None:
+    """Draw predicted against true motion of held-out scenes, as the paper's figure does."""
+    trained, _ = load_world_model(model)
+    write_bytes(out, draw_predictions(trained, open_interactions(data), count, seed))
+    print(f"drawn to {out}")

@@ -17,6 +17,7 @@ import torch
 from jaxtyping import Bool, Float
 from torch import Tensor
 
+from clutter6d.eval.metrics import chamfer_distance_m
 from dapl_baselines.interactions.dataset import MOVING_M
 from dapl_baselines.patches import END_EFFECTOR
 from dapl_baselines.world_model.prediction import STEP_S
@@ -27,8 +28,6 @@ Floor = Literal["copy", "constant_velocity"]
 FLOORS: Final[tuple[Floor, ...]] = get_args(Floor)
 
 _CM: Final = 100.0
-_ROWS_AT_ONCE: Final = 8
-"""Clouds whose distances are in memory at once: 52 MB."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -85,23 +84,20 @@ def _errors(
     counts = chosen.any(dim=1)
     predicted, later, chosen = predicted[counts], later[counts], chosen[counts]
     distances = torch.linalg.vector_norm(predicted - later, dim=-1)
-    parts = zip(*(values.split(_ROWS_AT_ONCE) for values in (predicted, later, chosen)), strict=True)
-    chamfer = [chamfer_distances(*part) for part in parts]
     return CloudErrors(
-        chamfer_cm=_CM * (torch.cat(chamfer) if chamfer else distances.new_zeros(0)),
-        distance_cm=_CM * _mean_of(distances, chosen),
+        chamfer_cm=_CM * chamfer_distances(predicted, later, chosen), distance_cm=_CM * _mean_of(distances, chosen)
     )
 
 
 def chamfer_distances(
     a: Float[Tensor, "row point 3"], b: Float[Tensor, "row point 3"], chosen: Bool[Tensor, "row point"]
 ) -> Float[Tensor, "row"]:
-    """Chamfer distance of the chosen points of both clouds of each row; at least one must be chosen."""
-    # By way of a matrix product, distances of 1 mm would be rounding errors.
-    distances = torch.cdist(a, b, compute_mode="donot_use_mm_for_euclid_dist")
-    distances = distances.masked_fill(~(chosen[:, :, None] & chosen[:, None]), torch.inf)
-    there, back = distances.amin(dim=2), distances.amin(dim=1)
-    return (_mean_of(there, chosen) + _mean_of(back, chosen)) / 2
+    """Chamfer distance [m] of the chosen points of both clouds of each row; at least one must be chosen.
+
+    Cloud by cloud with trees: the table of all distances of a batch takes nine times as long, at its best.
+    """
+    clouds = zip(a.numpy(), b.numpy(), chosen.numpy(), strict=True)
+    return torch.tensor([chamfer_distance_m(here[which], there[which]) for here, there, which in clouds])
 
 
 def _mean_of(values: Float[Tensor, "row point"], chosen: Bool[Tensor, "row point"]) -> Float[Tensor, "row"]:
