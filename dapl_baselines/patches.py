@@ -15,6 +15,8 @@ from torch import Tensor
 from clutter6d.assets.asset import SURFACE_POINTS
 from clutter6d.envs.point_cloud import ENVIRONMENT_POINTS, POINT_FEATURES
 from clutter6d.sim.end_effector import END_EFFECTOR_POINTS
+from dapl_baselines.on_cpu import is_on_cpu
+from dapl_baselines.patch_kernel import compiled_patches
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -52,8 +54,8 @@ class Patches:
     """Which points of each cloud make its patches: 16 of the target, 16 of the environment, 8 of the end-effector.
 
     Attributes:
-        indices: Points of each patch, as indices into the cloud, in no particular order. A point may be in several
-            patches, or in none.
+        indices: Points of each patch, as indices into the cloud; the centre first, the others in no particular order.
+            A point may be in several patches, or in none.
         centres: The point that each patch is about [m], world frame.
     """
 
@@ -61,34 +63,46 @@ class Patches:
     centres: Float[Tensor, "row 40 3"]
 
 
+@torch.no_grad()
 def cut_into_patches(positions: Float[Tensor, "row 1280 3"]) -> Patches:
     """The patches of clouds.
 
     Args:
         positions: Points [m], world frame; ordered as a cloud.
     """
-    # Target and environment have as many points and patches as one another: one call cuts both, and a call costs more
-    # than what it computes.
+    # Target and environment have as many points and patches as one another: one call cuts both.
     rows, large = len(positions), TARGET.points
     objects = _patches_of_component(positions[:, : 2 * large].reshape(2 * rows, large, 3), TARGET.patches)
+    objects = objects.reshape(rows, 2, TARGET.patches, PATCH_POINTS)
     hand = _patches_of_component(positions[:, END_EFFECTOR.of_cloud], END_EFFECTOR.patches)
-    indices = objects[0].reshape(rows, 2, TARGET.patches, PATCH_POINTS)
-    indices = indices + torch.tensor([TARGET.start, ENVIRONMENT.start], device=indices.device)[:, None, None]
-    return Patches(
-        indices=torch.cat([indices.flatten(1, 2), hand[0] + END_EFFECTOR.start], dim=1),
-        centres=torch.cat([objects[1].reshape(rows, 2 * TARGET.patches, 3), hand[1]], dim=1),
-    )
+    parts = objects[:, 0], objects[:, 1] + ENVIRONMENT.start, hand + END_EFFECTOR.start
+    indices = torch.cat(parts, dim=1)
+    return Patches(indices=indices, centres=positions.gather(1, indices[..., :1].expand(-1, -1, 3)))
 
 
-def _patches_of_component(
-    positions: Float[Tensor, "batch point 3"], patches: int
-) -> tuple[Int[Tensor, "batch patch 32"], Float[Tensor, "batch patch 3"]]:
+def _patches_of_component(positions: Float[Tensor, "batch point 3"], patches: int) -> Int[Tensor, "batch patch 32"]:
+    if is_on_cpu(positions):
+        points = positions.float().contiguous().numpy()
+        return torch.from_numpy(compiled_patches(points, patches, PATCH_POINTS, torch.get_num_threads()))
+    return readable_patches(positions, patches)
+
+
+def readable_patches(positions: Float[Tensor, "batch point 3"], patches: int) -> Int[Tensor, "batch patch 32"]:
+    """Patches of clouds of one component, on any device; on CPUs :mod:`dapl_baselines.patch_kernel` is faster.
+
+    Args:
+        positions: Points [m].
+        patches: How many patches to cut.
+
+    Returns:
+        Indices of the points of each patch, its centre first.
+    """
     centres, squared = farthest_points(positions, patches)
-    nearest = squared.topk(PATCH_POINTS, dim=-1, largest=False, sorted=False).indices
-    return nearest, positions.gather(1, centres[..., None].expand(-1, -1, 3))
+    # Less than any distance, so that a centre comes first among points that coincide with it.
+    squared = squared.scatter(2, centres[..., None], -1.0)
+    return squared.topk(PATCH_POINTS, dim=-1, largest=False).indices
 
 
-@torch.no_grad()
 def farthest_points(
     positions: Float[Tensor, "batch point 3"], count: int
 ) -> tuple[Int[Tensor, "batch count"], Float[Tensor, "batch count point"]]:
@@ -107,8 +121,8 @@ def farthest_points(
         Indices of the chosen points, and the squared distances of all points to each of them [m²].
     """
     axes = positions.transpose(1, 2).contiguous()
-    low, high = axes.aminmax(dim=-1, keepdim=True)
-    index = _squared_distances(axes, (low + high) / 2).argmax(dim=-1)
+    middle = (axes.amin(dim=-1, keepdim=True) + axes.amax(dim=-1, keepdim=True)) / 2
+    index = _squared_distances(axes, middle).argmax(dim=-1)
     nearest = torch.full_like(axes[:, 0], torch.inf)
     chosen: list[Tensor] = []
     squared: list[Tensor] = []
@@ -124,4 +138,5 @@ def farthest_points(
 def _squared_distances(
     axes: Float[Tensor, "batch 3 point"], reference: Float[Tensor, "batch 3 1"]
 ) -> Float[Tensor, "batch point"]:
-    return (axes - reference).square_().sum(dim=1)
+    x, y, z = (axes - reference).square_().unbind(dim=1)
+    return x + y + z

@@ -7,6 +7,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
+from dapl_baselines.on_cpu import in_parts
 from dapl_baselines.patches import Patches, cut_into_patches
 from dapl_baselines.running_statistics import RunningStatistics
 
@@ -19,6 +20,9 @@ FEATURES: Final[dict[Features, tuple[int, ...]]] = {
     "xyz_mass_velocity": (0, 1, 2, 3, 4, 5, 6),
 }
 """Which of a point's seven features a network sees (paper, Table "Ablation Study": columns Velocity and Phys.)."""
+
+POINT_ROWS_AT_ONCE: Final = 8
+"""Rows whose 1,280 points are embedded at once on a CPU."""
 
 LONGEST_WAVE_M: Final = 4.0
 SHORTEST_WAVE_M: Final = 0.02
@@ -41,7 +45,9 @@ class PatchTokenizer(nn.Module):
         self.statistics = RunningStatistics(groups=(3, 1, 3))
         self._columns = FEATURES[features]
         self.point_layers = nn.Sequential(
-            nn.Linear(len(self._columns), hidden_sizes[0]), nn.ReLU(), nn.Linear(hidden_sizes[0], hidden_sizes[1])
+            nn.Linear(len(self._columns), hidden_sizes[0]),
+            nn.ReLU(inplace=True),
+            nn.Linear(hidden_sizes[0], hidden_sizes[1]),
         )
         self.projection = nn.Linear(hidden_sizes[1], token_size)
 
@@ -52,8 +58,11 @@ class PatchTokenizer(nn.Module):
             cloud: Points with all their features [m, kg, m/s].
             patches: How the clouds are cut.
         """
-        points = self.statistics(_local_points(cloud, patches))[..., list(self._columns)]
-        summary = self.projection(self.point_layers(points).amax(dim=2))
+        points = self.statistics(_local_points(cloud, patches))
+        if len(self._columns) < points.shape[-1]:
+            points = points[..., list(self._columns)]
+        pooled = in_parts(lambda part: self.point_layers(part).amax(dim=2), points, POINT_ROWS_AT_ONCE)
+        summary = self.projection(pooled)
         return summary + position_embedding(patches.centres, summary.shape[-1]).to(summary.dtype)
 
     def update_statistics(self, cloud: Float[Tensor, "row 1280 7"]) -> None:

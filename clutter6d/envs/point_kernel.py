@@ -67,7 +67,7 @@ def _field(motion: RigidMotion[np.ndarray]) -> list[np.ndarray]:
     return [np.ascontiguousarray(part) for part in parts]
 
 
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile at the first call; the code is kept for other processes, beside this file or in the user's cache.
 
     All that the code depends on must be in this file: numba does not see when a constant of another one changes.
@@ -78,7 +78,7 @@ def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         return numba.njit(nogil=True)(function)
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _fill_slots(
     first: int,
@@ -124,7 +124,7 @@ def _fill_slots(
             _write(out_environment[slot, row], world[body], point, mass, rest[slot, body], spin[slot, body])
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _choose(
     points: np.ndarray, target_centroid: np.ndarray, rotation: np.ndarray, position: np.ndarray, out: np.ndarray
@@ -141,7 +141,7 @@ def _choose(
         _take_nearest(squared, out[slot])
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _take_nearest(squared: np.ndarray, out: np.ndarray) -> None:
     """Indices of the smallest values, ascending; of equal ones, the first."""
@@ -157,7 +157,7 @@ def _take_nearest(squared: np.ndarray, out: np.ndarray) -> None:
         row += 1
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _place(points: np.ndarray, rotation: np.ndarray, position: np.ndarray, out: np.ndarray) -> None:
     """Points in the world frame."""
@@ -167,7 +167,7 @@ def _place(points: np.ndarray, rotation: np.ndarray, position: np.ndarray, out: 
             out[axis, point] = points[0, point] * a + points[1, point] * b + points[2, point] * c + offset
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _square_distances(world: np.ndarray, centroid: np.ndarray, out: np.ndarray) -> None:
     cx, cy, cz = centroid[0, 0], centroid[1, 0], centroid[2, 0]
@@ -176,7 +176,7 @@ def _square_distances(world: np.ndarray, centroid: np.ndarray, out: np.ndarray) 
         out[point] = x * x + y * y + z * z
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _bits_of_nearest(bits: np.ndarray, count: int) -> int:
     """The smallest value that at least ``count`` of the values do not exceed, or the largest possible one."""
@@ -190,7 +190,7 @@ def _bits_of_nearest(bits: np.ndarray, count: int) -> int:
     return low
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _count_below(bits: np.ndarray, limit: int) -> int:
     count = 0
@@ -199,7 +199,7 @@ def _count_below(bits: np.ndarray, limit: int) -> int:
     return count
 
 
-@_compiled
+@compiled
 @no_type_check  # the compiler is the checker
 def _write(
     out: np.ndarray, world: np.ndarray, point: int, mass: np.float32, rest: np.ndarray, spin: np.ndarray

@@ -1,7 +1,7 @@
 """The paper's dynamics encoder: clouds to 40 tokens of contact and motion (paper, appendix "Dynamics Encoder")."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from jaxtyping import Float
 from pydantic import Field, model_validator
@@ -9,8 +9,12 @@ from torch import Tensor, nn
 
 from clutter6d.schema import FileModel
 from dapl_baselines.encoders.transformer import SelfAttentionBlock
+from dapl_baselines.on_cpu import in_parts
 from dapl_baselines.patches import PATCHES, cut_into_patches
 from dapl_baselines.tokenizer import Features, Patches, PatchTokenizer
+
+ROWS_AT_ONCE: Final = 32
+"""Rows whose tokens go through the blocks at once on a CPU."""
 
 HiddenSize = Annotated[int, Field(ge=1, le=1024)]
 
@@ -32,7 +36,7 @@ class DaplEncoderConfig(FileModel):
     schema_version: Literal[1] = 1
     name: Literal["dapl"] = "dapl"
     features: Features = "xyz_mass_velocity"
-    patch_hidden_sizes: tuple[HiddenSize, HiddenSize] = (64, 128)
+    patch_hidden_sizes: tuple[HiddenSize, HiddenSize] = (64, 64)
     token_size: int = Field(default=128, ge=8, le=1024)
     blocks: int = Field(default=12, ge=1, le=48)
     heads: int = Field(default=8, ge=1, le=64)
@@ -96,7 +100,7 @@ class DaplEncoder(nn.Module):
     def encode(self, cloud: Float[Tensor, "row 1280 7"]) -> EncodedCloud:
         """As :meth:`forward`, with the patches."""
         patches = cut_into_patches(cloud[..., :3])
-        tokens = self.norm(self.blocks(self.tokenizer(cloud, patches)))
+        tokens = in_parts(lambda part: self.norm(self.blocks(part)), self.tokenizer(cloud, patches), ROWS_AT_ONCE)
         return EncodedCloud(tokens=tokens, patches=patches)
 
     def update_statistics(self, cloud: Float[Tensor, "row 1280 7"]) -> None:

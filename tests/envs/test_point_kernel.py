@@ -14,8 +14,7 @@ from clutter6d.envs.point_cloud import (
     nearest_points,
     point_clouds,
 )
-from clutter6d.envs.point_kernel import _compiled as compiled
-from clutter6d.envs.point_kernel import compiled_nearest_points, compiled_point_clouds
+from clutter6d.envs.point_kernel import compiled, compiled_nearest_points, compiled_point_clouds
 from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import quat_normalize
 from clutter6d.seeding import generator
