@@ -1,16 +1,26 @@
 """How good a policy is on the validation scenes, while it is trained."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
+from clutter6d.eval.episode import EpisodeRow
 from clutter6d.eval.policy import Policy
 from clutter6d.eval.runner import EpisodeRunner
 from dapl_baselines.validation import SceneSubset
 
-PARALLEL_EPISODES = 32
+PARALLEL_EPISODES: Final = 32
+"""As many rows as a network is given at once (:mod:`dapl_baselines.fixed_batches`)."""
+
+Observer = Callable[[str, int, int], None]
+
+
+def ignore(_name: str, _done: int, _total: int) -> None:
+    """Nobody watches."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -35,7 +45,12 @@ class ValidationResult:
 
 
 def run_validation(
-    policy: Policy, scenes: SceneSubset, *, max_steps: int = MAX_CONTROL_STEPS, threads: int = 0
+    policy: Policy,
+    scenes: SceneSubset,
+    *,
+    max_steps: int = MAX_CONTROL_STEPS,
+    threads: int = 0,
+    observe: Observer = ignore,
 ) -> ValidationResult:
     """Attempt the first goal pair of every scene, as ``clutter6d evaluate --pairs 1`` does.
 
@@ -44,10 +59,14 @@ def run_validation(
         scenes: The validation scenes.
         max_steps: Control steps of an episode at most.
         threads: Threads of the simulation; 0 for all cores.
+        observe: Told the name of what is done, how much is, and of how much, whenever an episode ends.
     """
     config = EnvConfig(termination=TerminationConfig(max_steps=max_steps))
     runner = EpisodeRunner(scenes, policy, config=config, num_envs=PARALLEL_EPISODES, threads=threads)
-    rows = [record.row for record in runner.run([(scene.scene_id, 0) for scene in scenes.scenes])]
+    keys, rows = [(scene.scene_id, 0) for scene in scenes.scenes], list[EpisodeRow]()
+    for record in runner.run(keys):
+        rows.append(record.row)
+        observe("validation", len(rows), len(keys))
     return ValidationResult(
         episodes=len(rows),
         success_rate=float(np.mean([row.is_success for row in rows])),

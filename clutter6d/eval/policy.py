@@ -100,7 +100,7 @@ class Policy(Protocol):
 
 
 def is_planner(policy: Policy) -> bool:
-    """Whether a policy plans in the simulator, which takes seconds an episode: it reads the state and no observation."""
+    """Whether a policy plans in the simulator, for seconds an episode: it reads the state and no observation."""
     return policy.is_privileged and not policy.needs_observation
 
 

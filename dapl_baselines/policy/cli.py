@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 
 from clutter6d.errors import UnknownNameError
-from clutter6d.progress import progress_bars
+from clutter6d.progress import BarsByName, progress_bars
+from dapl_baselines.checkpoint import Precision
 from dapl_baselines.policy.config import StatePart
 from dapl_baselines.policy.encoder_source import open_encoder
 from dapl_baselines.policy.iteration_report import IterationReport
@@ -45,33 +46,40 @@ def train_policy(
     ] = False,
     device: Annotated[str, typer.Option(help="cpu or cuda; on several GPUs, start it by torchrun.")] = "cpu",
     threads: Annotated[int, typer.Option(min=0, help="Threads of the simulation; 0 for all cores.")] = 0,
+    precision: Annotated[
+        Precision, typer.Option(help="Of the weights in checkpoints; float16 takes half the room.")
+    ] = "float32",
     max_minutes: Annotated[
         float | None, typer.Option(min=0, help="Stop after so long; the same command goes on.")
     ] = None,
 ) -> None:
     """Train a policy by PPO on a frozen encoder; killed at any time, the same command goes on as if it had not been."""
     scenes, source = open_training_scenes(split), open_encoder(encoder, seed)
-    settings = _settings(preset, envs, iterations, seed)
+    settings = _settings(preset, envs=envs, iterations=iterations, seed=seed, stored_precision=precision)
     settings = _with_state(settings, scenes, has_physics=physics, has_objects=objects)
     out = out or Path("trainings") / f"policy-{Path(encoder).stem}-{preset}"
-    training = PolicyTraining(scenes, settings, out, encoder=source, device=device, threads=threads)
     console = Console(markup=False, emoji=False)
-    with progress_bars(console) as progress, closing(training.run()) as reports:
-        done = training.standing.iteration
-        bar = progress.add_task("training", total=settings.iterations, completed=done)
-        for report in _until(reports, max_minutes):
-            progress.update(bar, completed=report.iteration, description=_describe(report))
-            if report.validation is not None:
-                progress.console.print(_describe_look(report), highlight=False)
+    with progress_bars(console) as progress:
+        bar = progress.add_task("training", total=settings.iterations, completed=0)
+        observe = BarsByName(progress).update
+        training = PolicyTraining(
+            scenes, settings, out, encoder=source, device=device, threads=threads, observe=observe
+        )
+        with closing(training.run()) as reports:
+            for report in _until(reports, max_minutes):
+                progress.update(bar, completed=report.iteration, description=_describe(report))
+                if report.validation is not None:
+                    progress.console.print(_describe_look(report), highlight=False)
     made = training.standing.iteration
     console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
 
 
-def _settings(preset: str, envs: int | None, iterations: int | None, seed: int) -> TrainingSettings:
+def _settings(preset: str, **chosen: object) -> TrainingSettings:
+    """The preset, with what the user chose instead."""
     if preset not in PRESETS:
         raise UnknownNameError("preset", preset, PRESETS)
-    chosen = {"envs": envs, "iterations": iterations, "seed": seed}
-    return PRESETS[preset].model_copy(update={name: value for name, value in chosen.items() if value is not None})
+    given = {name: value for name, value in chosen.items() if value is not None}
+    return TrainingSettings.model_validate(PRESETS[preset].model_dump() | given)
 
 
 def _with_state(

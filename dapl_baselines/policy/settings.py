@@ -10,6 +10,7 @@ from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
 from clutter6d.physics import CONTROL_STEP_S
 from clutter6d.schema import FileModel
+from dapl_baselines.checkpoint import Precision
 from dapl_baselines.policy.config import PolicyNetworkConfig
 
 
@@ -63,6 +64,7 @@ class TrainingSettings(FileModel):
         max_steps: Control steps of an episode at most.
         encoder_precision: Of the frozen encoder's matrix products.
         evaluate_every: Iterations between looks at the validation scenes.
+        stored_precision: Of the weights in the checkpoints, which are what is looked at.
     """
 
     schema_version: Literal[1] = 1
@@ -78,6 +80,7 @@ class TrainingSettings(FileModel):
     max_steps: int = Field(default=MAX_CONTROL_STEPS, ge=1)
     encoder_precision: Literal["float32", "bfloat16"] = "bfloat16"
     evaluate_every: int = Field(default=500, ge=1)
+    stored_precision: Precision = "float32"
 
     def env(self) -> EnvConfig:
         """The environment's configuration."""

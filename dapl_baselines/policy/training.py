@@ -18,15 +18,16 @@ from typing import Final, cast
 import torch
 
 from clutter6d.envs.devices import make_vector_env
+from clutter6d.eval.policy import PolicyOptions
+from clutter6d.schema import write_bytes
 from clutter6d.seeding import seed_words
-from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
+from dapl_baselines.checkpoint import TrainingRecord, load_checkpoint_policy, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.frozen_encoder import FrozenEncoder
 from dapl_baselines.policy.iteration_report import IterationReport
 from dapl_baselines.policy.observation import cloud
-from dapl_baselines.policy.policy import NetworkPolicy
 from dapl_baselines.policy.ppo import UnifiedPPO, assemble
 from dapl_baselines.policy.rollout_env import RolloutEnv
 from dapl_baselines.policy.rsl_runner import Rank, RslRunner
@@ -34,7 +35,7 @@ from dapl_baselines.policy.run_record import RunRecord, claim_folder
 from dapl_baselines.policy.settings import TrainingSettings
 from dapl_baselines.policy.training_state import Standing, read_training_state, write_training_state
 from dapl_baselines.validation import TrainingScenes
-from dapl_baselines.validation_run import ValidationResult, run_validation
+from dapl_baselines.validation_run import Observer, ValidationResult, ignore, run_validation
 
 ARCHITECTURE: Final = "policy-network"
 STATE_FILE, POLICY_FILE, BEST_FILE = "state.pt", "policy.pt", "best.pt"
@@ -53,6 +54,7 @@ class PolicyTraining:
         device: ``"cpu"`` or ``"cuda"``.
         threads: Threads of the simulation; 0 for all cores.
         save_seconds: Time between two states on disk.
+        observe: Told of the episodes of a look, as they end.
 
     Attributes:
         standing: How far it is.
@@ -73,11 +75,13 @@ class PolicyTraining:
         device: str = "cpu",
         threads: int = 0,
         save_seconds: float = SAVE_SECONDS,
+        observe: Observer = ignore,
     ) -> None:
         network = settings.network.model_copy(update={"encoder": encoder and encoder.config})
         self.settings = settings.model_copy(update={"network": network})
         self._scenes, self._out, self._source = scenes, out, encoder
-        self._threads, self._save_seconds, self._saved_at = threads, save_seconds, time.monotonic()
+        self._threads, self._observe = threads, observe
+        self._save_seconds, self._saved_at = save_seconds, time.monotonic()
         self._rank = Rank.of_environment(device)
         if self._rank.is_main:
             claim_folder(out, self._record(device))
@@ -132,16 +136,22 @@ class PolicyTraining:
             self._saved_at = time.monotonic()
 
     def _look(self) -> ValidationResult:
-        """Write the policy, and see how it does."""
-        policy = self._write_policy(POLICY_FILE)
-        scenes, steps = self._scenes.validation, self.settings.max_steps
-        result = run_validation(policy, scenes, max_steps=steps, threads=self._threads)
+        """Write the policy, and see how it does as it was written."""
+        path = self._out / POLICY_FILE
+        self._write_policy(path)
+        result = run_validation(
+            load_checkpoint_policy(path, PolicyOptions()),
+            self._scenes.validation,
+            max_steps=self.settings.max_steps,
+            threads=self._threads,
+            observe=self._observe,
+        )
         if result.success_rate > self.standing.best_success:
-            self._write_policy(BEST_FILE)
+            write_bytes(self._out / BEST_FILE, path.read_bytes())
             self.standing = replace(self.standing, best_success=result.success_rate)
         return result
 
-    def _write_policy(self, name: str) -> NetworkPolicy:
+    def _write_policy(self, path: Path) -> None:
         scale = {"action_scale_rad": self._env.envs.action_scale_rad}
         config = self.settings.network.model_copy(update=scale)
         network = assemble(config, cast(UnifiedPPO, self._runner.alg), self._source and self._source.module)
@@ -155,10 +165,14 @@ class PolicyTraining:
             code_sha256=code_sha256(),
             settings=self.settings.model_dump(mode="json"),
         )
-        header = write_checkpoint(
-            self._out / name, architecture=ARCHITECTURE, config=config, module=network, history=(*before, record)
+        write_checkpoint(
+            path,
+            architecture=ARCHITECTURE,
+            config=config,
+            module=network,
+            history=(*before, record),
+            precision=self.settings.stored_precision,
         )
-        return NetworkPolicy(network, header.policy_hash())
 
     @property
     def _environment_steps(self) -> int:

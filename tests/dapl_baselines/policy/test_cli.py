@@ -20,18 +20,25 @@ def train(folder, *options: str, out: str = "run") -> int:
 
 
 def test_it_trains_and_stops_in_time_and_goes_on(folder, capsys):
-    assert train(folder, "--iterations", "2", "--no-physics", "--max-minutes", "0") == 0
-    assert "1 of 2 iterations are made" in capsys.readouterr().out
-    assert train(folder, "--iterations", "2", "--no-physics") == 0
+    for made in (1, 2):
+        assert train(folder, "--iterations", "3", "--no-physics", "--max-minutes", "0") == 0
+        assert f"{made} of 3 iterations are made" in capsys.readouterr().out
+    network = json.loads((folder / "run" / "run.json").read_text())["settings"]["network"]
+    assert "physics_parameters" not in network["state_parts"]
+
+
+@pytest.mark.slow
+def test_a_finished_training_tells_how_the_policy_does(folder, capsys):
+    assert train(folder, "--iterations", "1") == 0
     assert "0.0% of 1 validation episodes succeed" in capsys.readouterr().out
-    checkpoint = read_checkpoint(folder / "run" / "policy.pt")
-    assert not checkpoint.module.config.is_privileged
-    assert checkpoint.module.config.encoder is None
+    assert read_checkpoint(folder / "run" / "policy.pt").module.config.encoder is None
 
 
 def test_a_teacher_sees_the_objects_of_the_scenes(folder):
-    assert train(folder, "--iterations", "2", "--objects", "--max-minutes", "0") == 0
-    network = json.loads((folder / "run" / "run.json").read_text())["settings"]["network"]
+    assert train(folder, "--iterations", "2", "--objects", "--max-minutes", "0", "--precision", "float16") == 0
+    settings = json.loads((folder / "run" / "run.json").read_text())["settings"]
+    network = settings["network"]
+    assert settings["stored_precision"] == "float16"
     assert (network["objects"], network["state_parts"][-1]) == (4, "object_states")
 
 
@@ -39,6 +46,7 @@ def test_a_teacher_sees_the_objects_of_the_scenes(folder):
     ("options", "said"),
     [
         (("--preset", "labtop"), "unknown preset 'labtop'; did you mean 'laptop'?"),
+        (("--precision", "float8"), "'float8' is not one of 'float32', 'float16'"),
         (("--encoder", "corm"), "unknown encoder 'corm'"),
         (("--encoder", "missing.pt"), "checkpoint not found"),
         (("--split", "sparse-test"), "scenes of sparse-test; train on sparse-train"),
