@@ -14,26 +14,21 @@ from pathlib import Path
 from typing import Final
 
 import torch
-from torch import nn
 
-from clutter6d.errors import Clutter6DError, InvalidFileError
+from clutter6d.errors import InvalidFileError
 from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.interactions.dataset import InteractionData
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 from dapl_baselines.world_model.batches import Batch, prefetched, some_of, training_batch
-from dapl_baselines.world_model.evaluation import batch_loss, evaluate
-from dapl_baselines.world_model.model import WorldModel
+from dapl_baselines.world_model.evaluation import evaluate
+from dapl_baselines.world_model.learner import Learner
 from dapl_baselines.world_model.train_config import RunConfig, claim
 
 STATE_FILE: Final = "training.pt"
 MODEL_FILE: Final = "world-model.pt"
 ARCHITECTURE: Final = "world-model"
-
-
-class DivergedError(Clutter6DError):
-    """The loss is not finite any more."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -74,12 +69,9 @@ class Trainer:
 
     def __init__(self, data: InteractionData, out: Path, config: RunConfig, device: torch.device) -> None:
         self._data, self._out, self._config, self._device = data, out, config, device
-        claim(out, config)
         self._train = config.train
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(self._train.seed)
-            self.model = WorldModel(config.model).to(device)
-        self._optimiser = _make_optimiser(self.model, self._train.learning_rate, self._train.weight_decay)
+        claim(out, config)
+        self._learner = Learner(config, device)
         self._watched = some_of(data.validation, self._train.validation_clouds)
         self.step, self.seconds, self._best_loss, self._best_step = 0, 0.0, float("inf"), 0
         if (out / STATE_FILE).is_file():
@@ -88,8 +80,8 @@ class Trainer:
     @property
     def is_over(self) -> bool:
         """Whether a limit is reached, or the loss on held-out scenes has not fallen for too long."""
-        stale = self.step - self._best_step >= self._train.patience * self._train.validate_every
-        return stale or self._train.progress(self.step, self.seconds) >= 1
+        is_stale = self.step - self._best_step >= self._train.patience * self._train.validate_every
+        return is_stale or self._train.progress(self.step, self.seconds) >= 1
 
     def run(self, show: Callable[[Progress], None] | None = None) -> None:
         """Train to the end.
@@ -104,12 +96,12 @@ class Trainer:
             return
         batches = prefetched(self._draw, range(self.step, self._train.steps))
         with closing(Curves(self._out, self.step, counted="step")) as curves, closing(batches):
-            recent: list[dict[str, float]] = []
-            started = time.monotonic()
+            recent, started = list[dict[str, float]](), time.monotonic()
             for batch in batches:
-                recent.append(self._make_step(batch.to(self._device)))
-                now = time.monotonic()
-                self.seconds, started = self.seconds + now - started, now
+                rate = self._train.learning_rate_at(self.step, self.seconds)
+                recent.append({**self._learner.make_step(batch.to(self._device), rate), "learning_rate": rate})
+                self.step += 1
+                self.seconds, started = self.seconds + time.monotonic() - started, time.monotonic()
                 if self.step % self._train.log_every == 0:
                     progress, recent = self._log(curves, recent), []
                     if show is not None:
@@ -124,40 +116,16 @@ class Trainer:
     def _draw(self, step: int) -> Batch:
         return training_batch(self._data, step, self._train.batch, self._train.seed)
 
-    def _make_step(self, batch: Batch) -> dict[str, float]:
-        """One step of the optimiser; returns the loss and its terms."""
-        for group in self._optimiser.param_groups:
-            group["lr"] = self._train.learning_rate_at(self.step, self.seconds)
-        self.model.train()
-        self.model.update_statistics(batch.now)
-        is_half = self._train.precision == "bfloat16"
-        with torch.autocast(self._device.type, dtype=torch.bfloat16, enabled=is_half):
-            _, loss = batch_loss(self.model, batch, self._config.loss)
-        self._optimiser.zero_grad()
-        loss.total.backward()
-        norm = nn.utils.clip_grad_norm_(self.model.parameters(), self._train.max_gradient_norm)
-        values = {"loss": loss.total.detach(), **loss.terms, "gradient_norm": norm}
-        found = {name: float(value) for name, value in values.items()}
-        if not all(map(torch.isfinite, (values["loss"], norm))):
-            raise DivergedError(
-                f"the loss is not finite at step {self.step}; {self._out / STATE_FILE} is of before, "
-                "try a lower learning rate in another --out"
-            )
-        self._optimiser.step()
-        self.step += 1
-        return found
-
     def _log(self, curves: Curves, recent: list[dict[str, float]]) -> Progress:
         means = {name: sum(values[name] for values in recent) / len(recent) for name in recent[0]}
-        rate = self._train.learning_rate_at(self.step - 1, self.seconds)
-        curves.add("losses", self.step, {**means, "learning_rate": rate, "seconds": round(self.seconds, 1)})
+        curves.add("losses", self.step, {**means, "seconds": round(self.seconds, 1)})
         share = self._train.progress(self.step, self.seconds)
         return Progress(step=self.step, share=share, loss=means["loss"], best_loss=self._best_loss)
 
     def _look(self, curves: Curves) -> None:
         """Look at the scenes that are held out, and keep the model if it never was better."""
         found = evaluate(
-            self.model,
+            self._learner.model,
             self._data,
             self._watched,
             loss=self._config.loss,
@@ -170,9 +138,13 @@ class Trainer:
         curves.add("validation", self.step, {**values, **errors})
         if found.dynamics_loss < self._best_loss:
             self._best_loss, self._best_step = found.dynamics_loss, self.step
-            history = (self._record(),)
-            path, model = self._out / MODEL_FILE, self.model
-            write_checkpoint(path, architecture=ARCHITECTURE, config=model.config, module=model, history=history)
+            write_checkpoint(
+                self._out / MODEL_FILE,
+                architecture=ARCHITECTURE,
+                config=self._config.model,
+                module=self._learner.model,
+                history=(self._record(),),
+            )
 
     def _record(self) -> TrainingRecord:
         splits = {header.split_sha256 for header in self._data.headers}
@@ -187,34 +159,21 @@ class Trainer:
         )
 
     def _save(self) -> None:
-        content = {
-            "model": self.model.state_dict(),
-            "optimiser": self._optimiser.state_dict(),
-            "random": torch.get_rng_state(),
+        counts = {
             "step": self.step,
             "seconds": self.seconds,
             "best_loss": self._best_loss,
             "best_step": self._best_step,
         }
-        write_tensor_file(self._out / STATE_FILE, content)
+        write_tensor_file(self._out / STATE_FILE, {**self._learner.state(), **counts})
 
     def _restore(self) -> None:
         path = self._out / STATE_FILE
         content = read_tensor_file(path, what="state of a training")
         try:
-            self.model.load_state_dict(content["model"])
-            self._optimiser.load_state_dict(content["optimiser"])
-            torch.set_rng_state(content["random"])
+            self._learner.restore(content)
             self.step, self.seconds = int(content["step"]), float(content["seconds"])
             self._best_loss, self._best_step = float(content["best_loss"]), int(content["best_step"])
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
             detail = " ".join(str(error).split())[:200]
             raise InvalidFileError(path, f"not the state of this training: {detail}; delete it to start anew") from None
-
-
-def _make_optimiser(model: nn.Module, learning_rate: float, weight_decay: float) -> torch.optim.AdamW:
-    """AdamW; matrices decay, biases and scales do not."""
-    matrices = [weight for weight in model.parameters() if weight.ndim > 1]
-    others = [weight for weight in model.parameters() if weight.ndim <= 1]
-    groups = [{"params": matrices, "weight_decay": weight_decay}, {"params": others, "weight_decay": 0.0}]
-    return torch.optim.AdamW(groups, lr=learning_rate)
