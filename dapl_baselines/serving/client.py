@@ -92,9 +92,13 @@ class PolicyClient:
             connection = connect(
                 self._address, compression=None, max_size=MAX_MESSAGE_BYTES, open_timeout=self._timeout_s
             )
-            self.metadata = _read(connection.recv(self._timeout_s))
-        except (OSError, InvalidHandshake, InvalidMessage, WireError, ConnectionClosed) as error:
+        except (OSError, InvalidHandshake, InvalidMessage) as error:
             raise PolicyServerError(f"{self._address}: no policy server answers: {_reason(error)}") from None
+        try:
+            self.metadata = _read(connection.recv(self._timeout_s))
+        except (TimeoutError, WireError, ConnectionClosed) as error:
+            connection.close()
+            raise PolicyServerError(f"{self._address}: answers, but not as a policy server: {_reason(error)}") from None
         return connection
 
 

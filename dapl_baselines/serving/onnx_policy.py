@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float32
 
 from clutter6d.errors import InvalidFileError, MissingDependencyError
+from clutter6d.eval.policy import blaming
 from dapl_baselines.serving.manifest import ACTIONS, ONNX_FILE, read_exported, read_manifest
 
 try:
@@ -62,9 +63,14 @@ class OnnxPolicy:
         """Nothing to forget."""
 
     def act(self, slot: int, observation: Mapping[str, Float32[np.ndarray, "..."]]) -> Float32[np.ndarray, "7"]:  # noqa: ARG002
-        """Joint residuals [rad]."""
+        """Joint residuals [rad].
+
+        Raises:
+            InvalidValueError: The runtime failed.
+        """
         rows = {name: observation[name][None] for name in self.fields}
-        return self._session.run([ACTIONS.name], rows)[0][0]
+        with blaming(f"policy '{self.name}'"):
+            return self._session.run([ACTIONS.name], rows)[0][0]
 
 
 def open_session(content: bytes) -> Any:

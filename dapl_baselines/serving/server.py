@@ -38,6 +38,9 @@ HEALTH_PATH: Final = "/healthz"
 """Answers that the server is there, to a plain HTTP request."""
 
 _log = logging.getLogger(__name__)
+_connections_log = logging.getLogger(f"{__name__}.connections")
+# Whoever connects with something else than a websocket would fill the terminal with tracebacks.
+_connections_log.addFilter(lambda _: logging.getLogger().isEnabledFor(logging.DEBUG))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -90,6 +93,7 @@ class PolicyServer:
                 compression=None,
                 max_size=MAX_MESSAGE_BYTES,
                 process_request=_answer_health,
+                logger=_connections_log,
             )
         except OSError as error:
             where = f"--host {address.host} --port {address.port}"

@@ -117,7 +117,7 @@ def test_too_many_clients_are_told_so(server):
     opened = [connect(address, compression=None) for _ in range(MAX_CLIENTS)]
     try:
         assert all(connection.recv(60) for connection in opened)
-        with pytest.raises(PolicyServerError, match=f"{MAX_CLIENTS} clients are connected"):
+        with pytest.raises(PolicyServerError, match=f"not as a policy server: .*{MAX_CLIENTS} clients are connected"):
             PolicyClient(port=server.port)
     finally:
         for connection in opened:
@@ -195,6 +195,9 @@ def test_a_client_survives_a_killed_server(checkpoints, observation):
         with running(*DAPL, "serve", "zero", port=first.port) as second:
             client.reset()
             assert not client.act(observation).any()
+            with socket.create_connection(("127.0.0.1", second.port)) as stranger:
+                stranger.sendall(b"\x00\xff no websocket \r\n\r\n")
+                stranger.recv(1000)
             code, out = second.stop(signal.SIGINT)
             assert (code, out) == (0, "stopped\n")
             with pytest.raises(PolicyServerError, match="going away"):
