@@ -65,6 +65,7 @@ def train_policy(
         training = PolicyTraining(
             scenes, settings, out, encoder=source, device=device, threads=threads, observe=observe
         )
+        progress.update(bar, completed=training.standing.iteration)
         with closing(training.run()) as reports:
             for report in _until(reports, max_minutes):
                 progress.update(bar, completed=report.iteration, description=_describe(report))

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float32, Int
+from jaxtyping import Float32, Float64, Int
 
+from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
 from dapl_baselines.fixed_batches import forward_in_fixed_batches
 from dapl_baselines.policy.network import PolicyNetwork
@@ -41,9 +42,18 @@ class NetworkPolicy:
     def act(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:
         """Joint residuals [rad]."""
         seen: dict[str, object] = dict(inputs.observation or {})
-        if inputs.states is not None and "object_states" in self._config.state_parts:
-            seen["object_states"] = object_states(inputs.states, [it.scene_model for it in inputs.episodes])
+        if inputs.states is not None and self._config.objects:
+            seen["object_states"] = self._object_states(inputs.states, inputs.episodes)
         network_inputs = [state_vector(seen, self._config.state_parts)]
         if self._config.encoder:
             network_inputs.append(cloud(seen))
         return forward_in_fixed_batches(self._network, *network_inputs)
+
+    def _object_states(
+        self, states: Float64[np.ndarray, "slot state"], episodes: Sequence[Episode]
+    ) -> Float32[np.ndarray, "slot object 15"]:
+        scenes = [episode.scene_model for episode in episodes]
+        found, known = scenes[0].object_count, self._config.objects
+        if found != known:
+            raise InvalidValueError(f"the policy knows scenes of {known} objects, these have {found}; choose others")
+        return object_states(states, scenes)

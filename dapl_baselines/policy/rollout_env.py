@@ -10,13 +10,17 @@ from rsl_rl.env import VecEnv
 from tensordict import TensorDict
 from torch import Tensor
 
+from clutter6d.dataset.scenes import SceneCollection
 from clutter6d.envs.action import ACTION_SIZE
+from clutter6d.envs.devices import make_vector_env
 from clutter6d.envs.vector_env import ClutterVectorEnv, Snapshot
 from dapl_baselines.policy.config import PolicyNetworkConfig
+from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.episode_tally import EpisodeTally
 from dapl_baselines.policy.frozen_encoder import FrozenEncoder
 from dapl_baselines.policy.observation import cloud, state_vector
 from dapl_baselines.policy.ppo import STATE_KEY, TOKENS_KEY
+from dapl_baselines.policy.settings import TrainingSettings
 
 
 class RolloutEnv(VecEnv):
@@ -98,3 +102,38 @@ class RolloutEnv(VecEnv):
 
     def _tensor(self, value: np.ndarray | Tensor) -> Tensor:
         return torch.as_tensor(value, device=self.device)
+
+
+def make_rollout_env(
+    scenes: SceneCollection,
+    settings: TrainingSettings,
+    source: EncoderSource | None,
+    *,
+    device: str = "cpu",
+    rank: int = 0,
+    threads: int = 0,
+) -> RolloutEnv:
+    """The environments of a training at their start.
+
+    Args:
+        scenes: What is trained on.
+        settings: Of the training.
+        source: The encoder, which is frozen; one with random weights is first brought to the scale of what it sees.
+        device: Where they run.
+        rank: Which of several processes this is: each has episodes of its own.
+        threads: Threads of the simulation; 0 for all cores. There is no such choice on a GPU.
+    """
+    options = {"threads": threads} if device == "cpu" else {}
+    config, envs_each = settings.env(), settings.envs
+    envs = make_vector_env(
+        device=device, num_envs=envs_each, split=scenes, config=config, autoreset_mode="SameStep", **options
+    )
+    encoder = None
+    if source is not None:
+        module = source.module.to(device)
+        if not source.history:
+            module.train().update_statistics(cloud(envs.reset(seed=settings.seed)[0]))
+        encoder = FrozenEncoder(module, device, getattr(torch, settings.encoder_precision))
+    env = RolloutEnv(envs, settings.network, encoder, reward_scale=settings.reward_scale)
+    env.reset(seed=settings.seed + rank * envs_each)
+    return env

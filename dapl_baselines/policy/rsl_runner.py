@@ -6,9 +6,11 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+import torch
 from rsl_rl.env import VecEnv
 from rsl_rl.runners import OnPolicyRunner
 
+from clutter6d.seeding import seed_words
 from dapl_baselines.policy.settings import TrainingSettings
 
 _MODULE = "dapl_baselines.policy.ppo"
@@ -121,6 +123,17 @@ class RslRunner(OnPolicyRunner):
             NotImplementedError: Always.
         """
         raise NotImplementedError("a training is continued by dapl_baselines.policy.training")
+
+
+def make_runner(env: VecEnv, settings: TrainingSettings, rank: Rank) -> RslRunner:
+    """A runner with the same networks in all processes, and random numbers that are each one's own.
+
+    rsl_rl draws from torch's global generator; from here on, its state is part of the training's.
+    """
+    torch.manual_seed(settings.seed)
+    runner = RslRunner(env, settings, rank.device)
+    torch.manual_seed(seed_words(settings.seed, "policy training", rank.index)[0])
+    return runner
 
 
 def _plain_config(env: VecEnv, settings: TrainingSettings) -> dict[str, Any]:

@@ -15,22 +15,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, cast
 
-import torch
-
-from clutter6d.envs.devices import make_vector_env
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.schema import write_bytes
-from clutter6d.seeding import seed_words
 from dapl_baselines.checkpoint import TrainingRecord, load_checkpoint_policy, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.policy.encoder_source import EncoderSource
-from dapl_baselines.policy.frozen_encoder import FrozenEncoder
 from dapl_baselines.policy.iteration_report import IterationReport
-from dapl_baselines.policy.observation import cloud
 from dapl_baselines.policy.ppo import UnifiedPPO, assemble
-from dapl_baselines.policy.rollout_env import RolloutEnv
-from dapl_baselines.policy.rsl_runner import Rank, RslRunner
+from dapl_baselines.policy.rollout_env import make_rollout_env
+from dapl_baselines.policy.rsl_runner import Rank, make_runner
 from dapl_baselines.policy.run_record import RunRecord, claim_folder
 from dapl_baselines.policy.settings import TrainingSettings
 from dapl_baselines.policy.training_state import Standing, read_training_state, write_training_state
@@ -85,8 +79,10 @@ class PolicyTraining:
         self._rank = Rank.of_environment(device)
         if self._rank.is_main:
             claim_folder(out, self._record(device))
-        self._env = self._make_env()
-        self._runner = self._make_runner()
+        self._env = make_rollout_env(
+            scenes.training, self.settings, encoder, device=self._rank.device, rank=self._rank.index, threads=threads
+        )
+        self._runner = make_runner(self._env, self.settings, self._rank)
         self.standing = Standing()
         if (out / STATE_FILE).is_file():
             self.standing = read_training_state(out / STATE_FILE, self._runner, self._env)
@@ -178,35 +174,6 @@ class PolicyTraining:
     def _environment_steps(self) -> int:
         settings = self.settings
         return self.standing.iteration * settings.steps_per_env * settings.envs * self._runner.gpu_world_size
-
-    def _make_env(self) -> RolloutEnv:
-        """This process's environments at their start; a random encoder is brought to the scale of what they show."""
-        settings, source = self.settings, self._source
-        options = {} if self._rank.device != "cpu" else {"threads": self._threads}
-        envs = make_vector_env(
-            device=self._rank.device,
-            num_envs=settings.envs,
-            split=self._scenes.training,
-            config=settings.env(),
-            autoreset_mode="SameStep",
-            **options,
-        )
-        encoder = None
-        if source is not None:
-            module = source.module.to(self._rank.device)
-            if not source.history:
-                module.train().update_statistics(cloud(envs.reset(seed=settings.seed)[0]))
-            encoder = FrozenEncoder(module, self._rank.device, getattr(torch, settings.encoder_precision))
-        env = RolloutEnv(envs, settings.network, encoder, reward_scale=settings.reward_scale)
-        env.reset(seed=settings.seed + self._rank.index * settings.envs)
-        return env
-
-    def _make_runner(self) -> RslRunner:
-        """Networks that are the same in all processes, and random numbers that are not."""
-        torch.manual_seed(self.settings.seed)
-        runner = RslRunner(self._env, self.settings, self._rank.device)
-        torch.manual_seed(seed_words(self.settings.seed, "policy training", self._rank.index)[0])
-        return runner
 
     def _record(self, device: str) -> RunRecord:
         return RunRecord(

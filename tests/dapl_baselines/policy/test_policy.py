@@ -5,6 +5,7 @@ import torch
 from clutter6d.cli import run
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.vector_env import ClutterVectorEnv
+from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.seeding import generator
@@ -53,6 +54,14 @@ def test_a_policy_acts_on_what_the_environment_shows(config):
     actions = policy.act(inputs_of(env, observation, policy))
     assert (actions.dtype, actions.shape) == (np.float32, (3, 7))
     assert len(np.unique(actions, axis=0)) > 1
+
+
+def test_a_teacher_refuses_scenes_with_another_number_of_objects():
+    env = ClutterVectorEnv(2, split=make_box_scene_set(2))
+    observation, _ = env.reset(seed=0)
+    policy = NetworkPolicy(make_network(TEACHER.model_copy(update={"objects": 8})), "0" * 64)
+    with pytest.raises(InvalidValueError, match="knows scenes of 8 objects, these have 4"):
+        policy.act(inputs_of(env, observation, policy))
 
 
 def test_object_states_from_the_simulations_state_are_those_of_the_observation():
