@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from clutter6d.errors import InvalidValueError
 from clutter6d.geometry import is_unit, quat_from_yaw, quat_multiply, rotate, rotation_error_rad
 from clutter6d.seeding import generator
-from dapl_baselines.state_estimation.motion_belief import at_rest, predict
+from dapl_baselines.state_estimation.motion_belief import MotionBelief, predict
 from dapl_baselines.state_estimation.pose_filter import PoseFilter, PoseFilterConfig
 from tests.dapl_baselines.state_estimation.tracks import Track, differences, integrate, rms, see
 
@@ -72,13 +72,12 @@ def random_walk(config: PoseFilterConfig, steps: int, dt_s: float, seed: int) ->
     rng, variance = generator(seed, "walk"), np.repeat([config.linear_walk, config.angular_walk], 3) ** 2
     first = np.repeat([config.first_linear_sigma, config.first_angular_sigma], 3)
     pose = np.tile([0.0, 0, 0, 1, 0, 0, 0], (BODIES, 1))
-    poses, velocities, velocity, parts = [pose], [], first * rng.standard_normal((BODIES, 6)), 20
-    velocities.append(velocity)
+    velocity, parts, no_covariance = first * rng.standard_normal((BODIES, 6)), 10, np.zeros((BODIES, 12, 12))
+    poses, velocities = [pose], [velocity]
     for _ in range(steps):
         for _ in range(parts):
-            belief = at_rest(pose, np.ones(6), np.ones(6))
-            belief = predict(type(belief)(poses=pose, velocities=velocity, covariance=belief.covariance), dt_s / parts)
-            pose = belief.poses
+            now = MotionBelief(poses=pose, velocities=velocity, covariance=no_covariance)
+            pose = predict(now, dt_s / parts).poses
             velocity = velocity + np.sqrt(variance * dt_s / parts) * rng.standard_normal((BODIES, 6))
         poses.append(pose)
         velocities.append(velocity)

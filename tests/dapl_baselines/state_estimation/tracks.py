@@ -9,7 +9,7 @@ from clutter6d.geometry import quat_conjugate, quat_multiply
 from clutter6d.seeding import generator
 from dapl_baselines.state_estimation.rotation_vectors import quat_from_rotation_vector, rotation_vector_from_quat
 
-FINE_S = 0.002
+FINE_S = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -23,7 +23,7 @@ class Track:
 
 @cache
 def integrate(velocity_of, duration_s: float, dt_s: float, bodies: int, seed: int = 0) -> Track:
-    """A track whose velocities are ``velocity_of(time_s) [body, 6]``, integrated in steps of two milliseconds."""
+    """A track whose velocities are ``velocity_of(time_s) [body, 6]``, integrated in steps of 10 ms."""
     rng = generator(seed, "track")
     quat = rng.normal(size=(bodies, 4))
     quat /= np.linalg.norm(quat, axis=1, keepdims=True)
