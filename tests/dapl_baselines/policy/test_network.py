@@ -5,7 +5,7 @@ from pydantic import ValidationError
 from clutter6d.errors import InvalidValueError
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.policy.config import PolicyNetworkConfig
-from dapl_baselines.policy.network import STATE_BOUND, CrossAttention, PolicyNetwork
+from dapl_baselines.policy.network import STATE_BOUND, PolicyNetwork, StateCrossAttention
 from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_POINTS, count, make_inputs, make_network
 
 
@@ -37,14 +37,14 @@ def test_a_configuration_that_makes_no_network_is_refused(wrong):
 
 def test_heads_must_divide_the_tokens():
     with pytest.raises(InvalidValueError, match="attention_heads is 3"):
-        CrossAttention(44, 128, 1, 3)
+        StateCrossAttention(44, 128, 1, 3)
 
 
 @pytest.mark.parametrize("queries", [1, 16])
 def test_parameter_counts_are_those_of_the_layers_of_the_paper(queries):
     network = PolicyNetwork(PolicyNetworkConfig(encoder=DaplEncoderConfig(blocks=1), query_tokens=queries))
     s, d = 44, 128
-    attention = (s + 1) * queries * d + 3 * (d + 1) * d
+    attention = (s + 1) * queries * d + d * d + 2 * (d + 1) * d
     fusion = (queries * d + s + 1) * 512 + 513 * 256 + 257 * 128
     assert count(network.trunk.attention) == attention
     assert count(network.trunk) == attention + fusion
@@ -78,17 +78,20 @@ def test_both_the_state_and_the_points_count():
     assert not torch.allclose(network(state, cloud), network(2 * state, cloud))
 
 
+@pytest.mark.parametrize("heads", [1, 2])
 @torch.no_grad()
-def test_cross_attention_is_the_weighted_sum_that_the_state_asks_for():
-    attention = CrossAttention(5, 4, queries=2, heads=1)
-    state, tokens = torch.randn(3, 5), torch.randn(3, 6, 4)
-    found = attention(state, tokens)
-    for row in range(3):
-        for query in range(2):
-            asked = attention.to_queries(state[row])[4 * query : 4 * query + 4]
-            weights = torch.softmax(attention.to_keys(tokens[row]) @ asked / 2, dim=0)
-            expected = attention.project(weights @ attention.to_values(tokens[row]))
-            torch.testing.assert_close(found[row, 4 * query : 4 * query + 4], expected)
+def test_cross_attention_is_the_weighted_sum_of_values_that_each_query_asks_for(heads):
+    attention = StateCrossAttention(5, 4, queries=3, heads=heads)
+    state, tokens = torch.randn(2, 5), torch.randn(2, 6, 4)
+    found, part = attention(state, tokens).unflatten(1, (3, 4)), 4 // heads
+    for row in range(2):
+        keys, values = attention.to_keys(tokens[row]), attention.to_values(tokens[row])
+        for query, asked in enumerate(attention.to_queries(state[row]).split(4)):
+            heard = [
+                torch.softmax(keys[:, own] @ asked[own] / part**0.5, dim=0) @ values[:, own]
+                for own in (slice(head * part, (head + 1) * part) for head in range(heads))
+            ]
+            torch.testing.assert_close(found[row, query], attention.project(torch.cat(heard)))
 
 
 @torch.no_grad()
