@@ -4,6 +4,7 @@ import torch
 from clutter6d.errors import InvalidFileError, MissingFileError, UnknownNameError
 from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.policy.encoder_source import open_encoder
+from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
 from tests.dapl_baselines.policy.networks import SMALL_ENCODER, STATE_ONLY, WITH_POINTS, make_network
 
 RECORD = TrainingRecord(method="world model", steps=3, unit="optimiser steps", seed=0)
@@ -17,13 +18,22 @@ def test_a_named_encoder_has_random_weights_that_the_seed_decides():
     assert open_encoder("none", 0) is None
 
 
-def test_a_checkpoints_encoder_comes_with_its_history(tmp_path):
-    network = make_network(WITH_POINTS)
+WORLD_MODEL = WorldModelConfig(encoder=SMALL_ENCODER)
+
+
+@pytest.mark.parametrize(
+    ("architecture", "config", "module"),
+    [
+        ("policy-network", WITH_POINTS, make_network(WITH_POINTS)),
+        ("world-model", WORLD_MODEL, WorldModel(WORLD_MODEL)),
+    ],
+)
+def test_the_encoder_of_a_policy_or_world_model_comes_with_its_history(tmp_path, architecture, config, module):
     path = tmp_path / "x.pt"
-    write_checkpoint(path, architecture="policy-network", config=WITH_POINTS, module=network, history=(RECORD,))
+    write_checkpoint(path, architecture=architecture, config=config, module=module, history=(RECORD,))
     source = open_encoder(str(path), 0)
     assert (source.config, source.history) == (SMALL_ENCODER, (RECORD,))
-    for name, tensor in network.encoder.state_dict().items():
+    for name, tensor in module.encoder.state_dict().items():
         assert torch.equal(source.module.state_dict()[name], tensor)
 
 
