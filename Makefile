@@ -25,7 +25,7 @@ PYTEST := $(BIN)/python -m pytest -q
 CLUTTER6D := $(BIN)/clutter6d
 DEMO ?= demo
 WORKERS ?= $(shell getconf _NPROCESSORS_ONLN)
-BENCHMARKS := step_speed scaling physics_profile peers option_costs observation_kernels
+BENCHMARKS := step_speed scaling physics_profile peers option_costs observation_kernels encoder_throughput
 GENERATION_BENCHMARKS := placement_rate scene_rate
 export PYTHON
 
@@ -76,7 +76,7 @@ test-lerobot: $(VENV)/.installed-dev $(LEROBOT_VENV)/.installed
 docs: $(VENV)/.installed-docs
 	@echo "make: building the documentation into site/" && NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-bench: $(VENV)/.installed-core
+bench: $(VENV)/.installed-dev
 	@echo "make: measuring for about twenty minutes; leave the machine alone meanwhile"
 	@status=0; for script in $(BENCHMARKS); do echo "make: $$script"; \
 	  $(BIN)/python benchmarks/$$script.py $(RECORD) || status=1; done; \

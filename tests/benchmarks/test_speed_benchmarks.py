@@ -73,3 +73,14 @@ def test_a_peer_that_does_not_run_here_is_left_out_with_its_reason(tmp_path: Pat
             PeerRun(peer, Path(sys.executable), [0])
     finally:
         sys.path.remove(str(BENCHMARKS))
+
+
+@pytest.mark.slow
+def test_the_encoder_is_measured_beside_its_matrix_products() -> None:
+    done = run("encoder_throughput", "--batches", "2", "--rounds", "1", "--threads", "1")
+    assert done.returncode == 0, done.stderr
+    for name in ("2, float32", "2, bfloat16"):
+        rate, products, whole, ratio, share = rows(done)[name]
+        assert float(rate) == pytest.approx(2000 / float(whole), rel=0.05)
+        assert float(ratio) == pytest.approx(float(whole) / float(products), rel=0.05)
+        assert 0 < float(share.rstrip("%")) < 100

@@ -4,7 +4,6 @@ import torch
 from torch.nn.functional import scaled_dot_product_attention
 
 from dapl_baselines.encoders.transformer import CrossAttentionBlock, SelfAttentionBlock, attend
-from dapl_baselines.on_cpu import in_parts
 
 
 def make_heads(queries: int, keys: int) -> list[torch.Tensor]:
@@ -63,15 +62,3 @@ def test_a_cross_attention_block_sees_its_context():
     changed[0] += torch.randn(3, 16)
     assert not torch.allclose(block(tokens, changed)[0], out[0])
     assert torch.equal(block(tokens, changed)[1], out[1])
-
-
-def test_parts_are_put_together_in_order():
-    rows = torch.arange(22.0).reshape(11, 2)
-    sizes: list[int] = []
-
-    def double(part: torch.Tensor) -> torch.Tensor:
-        sizes.append(len(part))
-        return 2 * part
-
-    assert torch.equal(in_parts(double, rows, 4), 2 * rows)
-    assert sizes == [4, 4, 3]
