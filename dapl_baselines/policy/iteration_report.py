@@ -37,6 +37,7 @@ class IterationReport:
             **asdict(self.episodes),
             **{f"{name}_loss": value for name, value in update.losses.items()},
             "learning_rate": update.learning_rate,
+            "last_learning_rate": update.last_learning_rate,
             "action_std": update.action_std,
             "action_scale_rad": self.action_scale_rad,
             "timing_seconds": self.seconds,

@@ -4,6 +4,7 @@ import contextlib
 import io
 import os
 from dataclasses import dataclass
+from statistics import fmean
 from typing import Any
 
 import torch
@@ -47,7 +48,9 @@ class UpdateReport:
 
     Attributes:
         losses: By name: value, surrogate, entropy.
-        learning_rate: After the adaptive schedule's last change.
+        learning_rate: Mean over the mini-batches. The adaptive schedule lets it rise while the policy is close to that
+            of the rollout, and fall as it moves away: within one iteration by a factor of 10 and more.
+        last_learning_rate: With which the next iteration begins.
         action_std: Mean standard deviation of the actions.
         collect_seconds: Time for the rollout.
         learn_seconds: Time for the update.
@@ -55,6 +58,7 @@ class UpdateReport:
 
     losses: dict[str, float]
     learning_rate: float
+    last_learning_rate: float
     action_std: float
     collect_seconds: float
     learn_seconds: float
@@ -65,14 +69,21 @@ class UpdateLog:
 
     Attributes:
         report: Of the last iteration.
+        learning_rates: Of the mini-batches of the iteration that runs.
         writer: What the runner looks at to know whether to write models itself: it does not.
     """
 
     report: UpdateReport
+    learning_rates: list[float]
     writer = None
 
     def init_logging_writer(self) -> None:
         """The runner starts to learn."""
+        self.learning_rates = []
+
+    def note_step(self, optimiser: torch.optim.Optimizer, *_: Any) -> None:
+        """The optimiser made a step."""
+        self.learning_rates.append(float(optimiser.param_groups[0]["lr"]))
 
     def process_env_step(self, *_: Any) -> None:
         """The runner made a step; the environments keep count themselves."""
@@ -90,7 +101,8 @@ class UpdateLog:
         """The runner finished an iteration."""
         self.report = UpdateReport(
             losses=dict(loss_dict),
-            learning_rate=learning_rate,
+            learning_rate=fmean(self.learning_rates),
+            last_learning_rate=learning_rate,
             action_std=float(action_std.detach().mean()),
             collect_seconds=collect_time,
             learn_seconds=learn_time,
@@ -110,6 +122,7 @@ class RslRunner(OnPolicyRunner):
         with contextlib.redirect_stdout(io.StringIO()):
             super().__init__(env, _plain_config(env, settings), log_dir=None, device=device)
         self.updates = self.logger = UpdateLog()
+        self.alg.optimizer.register_step_post_hook(self.updates.note_step)
 
     def learn_once(self) -> UpdateReport:
         """One rollout and the update from it."""

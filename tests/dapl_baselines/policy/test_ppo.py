@@ -1,5 +1,6 @@
 """PPO with one trunk: what it shares, and that it learns."""
 
+import pytest
 import torch
 from rsl_rl.env import VecEnv
 from tensordict import TensorDict
@@ -133,7 +134,19 @@ def test_a_runner_prints_and_writes_nothing_and_reports_the_learning_rate(capsys
     monkeypatch.chdir(tmp_path)
     runner = make_runner(STATE_ONLY)
     report = runner.learn_once()
-    assert report.learning_rate == 1e-2
+    assert report.learning_rate == report.last_learning_rate == 1e-2
     assert set(report.losses) == {"value", "surrogate", "entropy"}
     assert capsys.readouterr().out == ""
     assert not list(tmp_path.iterdir())
+
+
+def test_the_reported_learning_rate_is_the_mean_over_the_mini_batches():
+    network = STATE_ONLY
+    settings = make_settings(network)
+    ppo = settings.ppo.model_copy(update={"schedule": "adaptive", "learning_rate": 1e-3, "desired_kl": 1e-6})
+    torch.manual_seed(0)
+    runner = RslRunner(PointReaching(network), settings.model_copy(update={"ppo": ppo}), "cpu")
+    report = runner.learn_once()
+    falling = [1e-3 / 1.5**number for number in range(8)]
+    assert report.last_learning_rate == pytest.approx(falling[-1])
+    assert report.learning_rate == pytest.approx(sum(falling) / 8)
