@@ -27,7 +27,8 @@ from dapl_baselines.policy.rollout_env import make_rollout_env
 from dapl_baselines.policy.rsl_runner import Rank, make_runner
 from dapl_baselines.policy.run_record import RunRecord, claim_folder
 from dapl_baselines.policy.settings import TrainingSettings
-from dapl_baselines.policy.training_state import Standing, read_training_state, write_training_state
+from dapl_baselines.policy.training_state import Standing, copy_training_state, read_training_state
+from dapl_baselines.tensor_file import write_tensor_file
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ValidationResult, ignore, run_validation
 
@@ -83,23 +84,26 @@ class PolicyTraining:
             scenes.training, self.settings, encoder, device=self._rank.device, rank=self._rank.index, threads=threads
         )
         self._runner = make_runner(self._env, self.settings, self._rank)
+        self._state: dict[str, object] | None = None
         self.standing = Standing()
         if (out / STATE_FILE).is_file():
             self.standing = read_training_state(out / STATE_FILE, self._runner, self._env)
 
     def run(self) -> Generator[IterationReport, None, None]:
-        """Make the iterations that are left; each is yielded when it is made. Closed early, it loses nothing."""
+        """Make the iterations that are left; each is yielded when it is made.
+
+        Closed early, interrupted, or ended by an error, it loses nothing but the iteration that was under way.
+        """
         curves = Curves(self._out, self.standing.iteration) if self._rank.is_main else None
         with nullcontext() if curves is None else closing(curves):
-            while self.standing.iteration < self.settings.iterations:
-                report = self._iterate()
-                if curves is not None:
-                    self._keep(report, curves)
-                try:
+            try:
+                while self.standing.iteration < self.settings.iterations:
+                    report = self._iterate()
+                    if curves is not None:
+                        self._keep(report, curves)
                     yield report
-                except GeneratorExit:
-                    self._write_state()
-                    raise
+            finally:
+                self._write_state()
 
     def _iterate(self) -> IterationReport:
         """One rollout, one update, and a look at the validation scenes if it is time for one."""
@@ -119,17 +123,18 @@ class PolicyTraining:
         )
 
     def _keep(self, report: IterationReport, curves: Curves) -> None:
-        """Write the curves, and now and then the state."""
+        """Write the curves; remember the state, and write it now and then."""
         curves.add("training", report.iteration, report.curve_row())
         if report.validation is not None:
             curves.add("validation", report.iteration, report.validation_row())
+        self._state = copy_training_state(self.standing, self._runner, self._env)
         if report.validation is not None or time.monotonic() - self._saved_at >= self._save_seconds:
             self._write_state()
 
     def _write_state(self) -> None:
-        if self._rank.is_main:
-            write_training_state(self._out / STATE_FILE, self.standing, self._runner, self._env)
-            self._saved_at = time.monotonic()
+        if self._state is not None:
+            write_tensor_file(self._out / STATE_FILE, self._state)
+            self._state, self._saved_at = None, time.monotonic()
 
     def _look(self) -> ValidationResult:
         """Write the policy, and see how it does as it was written."""

@@ -1,5 +1,6 @@
 """The state of a policy training between two iterations, as plain values and tensors for one file."""
 
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -12,7 +13,7 @@ from clutter6d.envs.vector_env import Snapshot
 from clutter6d.errors import Clutter6DError, InvalidFileError
 from dapl_baselines.policy.rollout_env import RolloutEnv
 from dapl_baselines.policy.rsl_runner import RslRunner
-from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.tensor_file import read_tensor_file
 
 FORMAT: Final = "clutter6d-policy-training-1"
 _DAMAGED = "not the state of this training; give another --out, or delete the folder to begin anew"
@@ -33,26 +34,23 @@ class Standing:
     best_success: float = -1.0
 
 
-def write_training_state(path: Path, standing: Standing, runner: RslRunner, env: RolloutEnv) -> None:
-    """Write all that decides how the training goes on, atomically.
+def copy_training_state(standing: Standing, runner: RslRunner, env: RolloutEnv) -> dict[str, object]:
+    """A copy of all that decides how the training goes on, for one file.
 
     That is: networks, optimiser with its learning rate, random numbers, and every environment's simulation. Of
     environments on a GPU, whose simulation is not deterministic, nothing is kept: they begin new episodes.
-
-    Raises:
-        StorageError: The file cannot be written.
     """
-    state = {
+    state: dict[str, object] = {
         "format": FORMAT,
         "iteration": standing.iteration,
         "seconds": standing.seconds,
         "best_success": standing.best_success,
-        "algorithm": runner.alg.save(),
+        "algorithm": deepcopy(runner.alg.save()),
         "random": torch.get_rng_state(),
     }
     if env.can_be_restored:
-        state |= {"running": env.tally.running, "environments": _pack(env.snapshot())}
-    write_tensor_file(path, state)
+        state |= {"running": env.tally.running.clone(), "environments": _pack(env.snapshot())}
+    return state
 
 
 def read_training_state(path: Path, runner: RslRunner, env: RolloutEnv) -> Standing:

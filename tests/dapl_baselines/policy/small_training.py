@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import torch
 
@@ -25,12 +26,12 @@ SETTINGS = TrainingSettings(
 )
 
 
-def make_training(out: Path, settings: TrainingSettings = SETTINGS, *, save_seconds: float = 30.0) -> PolicyTraining:
+def make_training(out: Path, settings: TrainingSettings = SETTINGS, **options: Any) -> PolicyTraining:
     with torch.random.fork_rng():
         torch.manual_seed(0)
         encoder = EncoderSource(config=SMALL_ENCODER, module=DaplEncoder(SMALL_ENCODER))
     scenes = part_scenes(make_box_scene_set(3))
-    return PolicyTraining(scenes, settings, out, encoder=encoder, threads=1, save_seconds=save_seconds)
+    return PolicyTraining(scenes, settings, out, encoder=encoder, threads=1, **options)
 
 
 if __name__ == "__main__":

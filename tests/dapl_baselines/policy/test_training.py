@@ -81,6 +81,18 @@ def test_stopped_and_continued_it_is_the_unbroken_run(unbroken, tmp_path):
     assert list(make_training(tmp_path / "run").run()) == []
 
 
+def test_interrupted_during_a_look_it_loses_one_iteration_and_makes_it_again(unbroken, tmp_path):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        list(make_training(tmp_path / "run", observe=interrupt).run())
+    training = make_training(tmp_path / "run")
+    assert training.standing.iteration == 3
+    assert len(list(training.run())) == 7
+    assert outcome(tmp_path / "run") == outcome(unbroken)
+
+
 def test_killed_and_continued_it_is_the_unbroken_run(unbroken, tmp_path):
     command = [sys.executable, "-m", "tests.dapl_baselines.policy.small_training", str(tmp_path / "run")]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=os.environ) as process:
