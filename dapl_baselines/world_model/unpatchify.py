@@ -1,12 +1,12 @@
 """From patches back to points (paper, appendix "Decoder")."""
 
+from dataclasses import dataclass
+
 import torch
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from dapl_baselines.encoders.transformer import make_mlp
-from dapl_baselines.patches import COMPONENTS
-from dapl_baselines.tokenizer import Patches, gather_points
+from dapl_baselines.patches import COMPONENTS, PATCH_POINTS, PATCHES, Patches
 from dapl_baselines.world_model.prediction import POSITION_UNIT_M
 
 
@@ -24,13 +24,11 @@ class Unpatchify(nn.Module):
 
     def __init__(self, size: int, hidden_size: int) -> None:
         super().__init__()
-        self.offset_embedding = make_mlp(3, hidden_size, size)
+        self.offset_layers = nn.Sequential(nn.Linear(3, hidden_size), nn.GELU())
+        self.offset_output = nn.Linear(hidden_size, size)
 
     def forward(
-        self,
-        tokens: Float[Tensor, "row 40 size"],
-        patches: Patches,
-        positions: Float[Tensor, "row 1280 3"],
+        self, tokens: Float[Tensor, "row 40 size"], patches: Patches, positions: Float[Tensor, "row 1280 3"]
     ) -> Float[Tensor, "row 1280 size"]:
         """Embeddings of all points.
 
@@ -39,41 +37,72 @@ class Unpatchify(nn.Module):
             patches: Their points and centres.
             positions: The points [m], world frame.
         """
-        inside = tokens[:, :, None] + self._embed(local_offsets(positions, patches))
-        means, is_covered = scatter_mean(inside, patches.indices, positions.shape[1])
-        nearest = nearest_patches(positions, patches.centres)
-        offsets = positions - patches.centres.gather(1, nearest[..., None].expand(-1, -1, 3))
-        outside = tokens.gather(1, nearest[..., None].expand(-1, -1, tokens.shape[-1])) + self._embed(offsets)
-        return torch.where(is_covered[..., None], means, outside)
-
-    def _embed(self, offsets: Float[Tensor, "*point 3"]) -> Float[Tensor, "*point size"]:
-        return self.offset_embedding(offsets / POSITION_UNIT_M)
+        places, shape = find_places(patches, positions), positions.shape[:2]
+        offsets = positions.flatten(0, 1)[places.points] - patches.centres.flatten(0, 1)[places.patches]
+        # The last layer of offsets is linear: its mean is that of what goes in, which is smaller.
+        hidden = scatter_mean(self.offset_layers(offsets / POSITION_UNIT_M), places.points, shape.numel())
+        mixture = mixing_weights(places, shape.numel()).unflatten(0, shape)
+        return mixture @ tokens + self.offset_output(hidden).unflatten(0, shape)
 
 
-def local_offsets(positions: Float[Tensor, "row 1280 3"], patches: Patches) -> Float[Tensor, "row 40 32 3"]:
-    """Offsets of the points of each patch from its centre [m]."""
-    return gather_points(positions, patches.indices) - patches.centres[:, :, None]
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Places:
+    """Which point belongs to which patch, one place after the other; rows of a batch are counted through.
+
+    Attributes:
+        points: The point in each place, of all points of all rows.
+        patches: The patch that the place is of, of all patches of all rows.
+    """
+
+    points: Int[Tensor, "place"]
+    patches: Int[Tensor, "place"]
+
+
+@torch.no_grad()
+def find_places(patches: Patches, positions: Float[Tensor, "row 1280 3"]) -> Places:
+    """The places of all patches, and one in the nearest patch for each point that is in none.
+
+    Args:
+        patches: Points and centres.
+        positions: The points [m].
+    """
+    rows, count, _ = positions.shape
+    first = torch.arange(rows, device=positions.device)[:, None]
+    points = (patches.indices.flatten(1) + first * count).flatten()
+    of_patch = torch.arange(rows * PATCHES, device=points.device).repeat_interleave(PATCH_POINTS)
+    is_missing = torch.ones(rows * count, dtype=torch.bool, device=points.device)
+    is_missing[points] = False
+    nearest = (nearest_patches(positions, patches.centres) + first * PATCHES).flatten()
+    return Places(
+        points=torch.cat([points, is_missing.nonzero()[:, 0]]), patches=torch.cat([of_patch, nearest[is_missing]])
+    )
+
+
+def mixing_weights(places: Places, count: int) -> Float[Tensor, "count 40"]:
+    """How much each patch counts for each point: a matrix product with the patches of its row gives their mean.
+
+    Args:
+        places: Which point belongs to which patch.
+        count: Points of all rows.
+    """
+    belongs = torch.zeros(count, PATCHES, device=places.points.device)
+    belongs[places.points, places.patches % PATCHES] = 1.0
+    return belongs / belongs.sum(dim=1, keepdim=True)
 
 
 def scatter_mean(
-    values: Float[Tensor, "row patch place size"], indices: Int[Tensor, "row patch place"], points: int
-) -> tuple[Float[Tensor, "row point size"], Bool[Tensor, "row point"]]:
-    """The mean over the places that hold each point, in float32, and which points are in any place at all.
-
-    Sums are made in the order of the places; where no place holds a point, the mean is zero.
+    values: Float[Tensor, "place size"], indices: Int[Tensor, "place"], count: int
+) -> Float[Tensor, "count size"]:
+    """The mean over the places of each index, in float32; where an index has no place, zero.
 
     Args:
-        values: One for each place of each patch.
-        indices: The point in each place.
-        points: Points of a cloud.
+        values: One for each place.
+        indices: Where it goes.
+        count: How many indices there are.
     """
-    rows, size = len(values), values.shape[-1]
-    first = torch.arange(0, rows * points, points, device=indices.device)[:, None, None]
-    flat = (indices + first).flatten()
-    sums = values.new_zeros(rows * points, size, dtype=torch.float32)
-    sums = sums.index_add(0, flat, values.reshape(-1, size).float())
-    counts = torch.bincount(flat, minlength=rows * points)
-    return (sums / counts.clamp(min=1)[:, None]).reshape(rows, points, size), (counts > 0).reshape(rows, points)
+    sums = values.new_zeros(count, values.shape[-1], dtype=torch.float32).index_add(0, indices, values.float())
+    ones = torch.ones(len(indices), device=values.device)
+    return sums / torch.zeros(count, device=values.device).index_add(0, indices, ones).clamp(min=1)[:, None]
 
 
 @torch.no_grad()

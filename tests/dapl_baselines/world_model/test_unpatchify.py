@@ -1,26 +1,34 @@
 import torch
 
 from dapl_baselines.patches import cut_into_patches
-from dapl_baselines.world_model.unpatchify import Unpatchify, nearest_patches, scatter_mean
+from dapl_baselines.world_model.unpatchify import Unpatchify, find_places, nearest_patches, scatter_mean
 from tests.dapl_baselines.cloud_fixtures import make_clouds
 
 
 def test_a_point_gets_the_mean_over_all_places_that_hold_it():
     torch.manual_seed(0)
-    indices, values = torch.randint(12, (3, 4, 5)), torch.randn(3, 4, 5, 2)
-    means, is_covered = scatter_mean(values, indices, 12)
-    for row in range(3):
-        for point in range(12):
-            places = [values[row, i, j] for i in range(4) for j in range(5) if indices[row, i, j] == point]
-            expected = torch.stack(places).mean(dim=0) if places else torch.zeros(2)
-            assert torch.allclose(means[row, point], expected, atol=1e-6)
-            assert bool(is_covered[row, point]) == bool(places)
+    indices, values = torch.randint(30, (40,)), torch.randn(40, 2)
+    means = scatter_mean(values, indices, 30)
+    for point in range(30):
+        places = [values[place] for place in range(40) if indices[place] == point]
+        expected = torch.stack(places).mean(dim=0) if places else torch.zeros(2)
+        assert torch.allclose(means[point], expected, atol=1e-6)
 
 
 def test_means_are_float32_whatever_goes_in():
-    means, _ = scatter_mean(torch.ones(1, 1, 3, 2, dtype=torch.bfloat16), torch.tensor([[[0, 0, 1]]]), 4)
+    means = scatter_mean(torch.ones(3, 2, dtype=torch.bfloat16), torch.tensor([0, 0, 1]), 3)
     assert means.dtype == torch.float32
-    assert torch.equal(means[0, :, 0], torch.tensor([1.0, 1.0, 0.0, 0.0]))
+    assert torch.equal(means[:, 0], torch.tensor([1.0, 1.0, 0.0]))
+
+
+def test_every_point_has_a_place_in_its_own_row():
+    cloud = make_clouds(3)
+    patches = cut_into_patches(cloud[..., :3])
+    places = find_places(patches, cloud[..., :3])
+    assert set(places.points.tolist()) == set(range(3 * 1280))
+    assert torch.equal(places.points // 1280, places.patches // 40)
+    in_patches = places.points[: 3 * 1280].reshape(3, 40, 32) - 1280 * torch.arange(3)[:, None, None]
+    assert torch.equal(in_patches, patches.indices)
 
 
 def test_the_nearest_patch_is_of_the_points_own_component():
@@ -47,6 +55,7 @@ def test_every_point_gets_its_patches_embedding_and_its_offsets():
         holders = holders or [int(nearest[row, point])]
         offsets = cloud[row, point, :3] - patches.centres[row, holders]
         with torch.no_grad():
-            expected = (tokens[row, holders] + unpatchify.offset_embedding(offsets / 0.01)).mean(dim=0)
+            embedded = unpatchify.offset_output(unpatchify.offset_layers(offsets / 0.01))
+            expected = (tokens[row, holders] + embedded).mean(dim=0)
         assert torch.allclose(points[row, point], expected, atol=1e-5)
     assert 5 < uncovered < 60
