@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import torch
 import typer
@@ -12,21 +12,22 @@ from rich.markdown import Markdown
 from clutter6d import __version__
 from clutter6d.errors import InvalidValueError
 from clutter6d.progress import progress_bars
-from clutter6d.schema import read_model, write_bytes, write_model
+from clutter6d.schema import FileModel, read_model, write_bytes, write_model
 from dapl_baselines.interactions.dataset import InteractionData, Transitions, open_interactions
 from dapl_baselines.world_model.batches import some_of
 from dapl_baselines.world_model.evaluation import ErrorTable, evaluate
-from dapl_baselines.world_model.loss import LossConfig
-from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
+from dapl_baselines.world_model.model import WorldModelConfig
 from dapl_baselines.world_model.picture import draw_predictions
 from dapl_baselines.world_model.presets import find_preset
 from dapl_baselines.world_model.report import DataSummary, Report, to_markdown
-from dapl_baselines.world_model.train_config import RunConfig, TrainConfig, find_train_preset
+from dapl_baselines.world_model.train_config import RunConfig, find_train_preset
 from dapl_baselines.world_model.trained import load_world_model
 from dapl_baselines.world_model.trainer import MODEL_FILE, Progress, Trainer
 
-_REPORTED_CLOUDS = 2048
+_HELD_OUT_CLOUDS, _TRAINED_ON_CLOUDS = 2048, 512
+"""Transitions that the report's errors are means over."""
 
+Settings = TypeVar("Settings", bound=FileModel)
 Data = Annotated[list[Path], typer.Option(help="What dapl record wrote; may be given more than once.")]
 Device = Annotated[str, typer.Option(help="cpu or cuda; by default cuda where there is one.")]
 
@@ -45,20 +46,26 @@ def train_world_model(
     steps: Annotated[int | None, typer.Option(min=1, help="Optimiser steps at most; default the preset's.")] = None,
     max_minutes: Annotated[float | None, typer.Option(min=0.01, help="Minutes at most; default the preset's.")] = None,
     rows: Annotated[int | None, typer.Option(min=1, help="Transitions of a batch; default the preset's.")] = None,
+    variance_weight: Annotated[
+        float,
+        typer.Option(min=0, help="Weight of the loss that compares how much velocities vary; the paper's is 100."),
+    ] = 100.0,
     seed: Annotated[int, typer.Option(help="Of initial weights and batches.")] = 0,
     device: Device = "",
 ) -> None:
     """Train a world model on recorded interactions, and report its errors beside what needs no learning."""
-    interactions = open_interactions(data)
+    interactions, chosen = open_interactions(data), find_train_preset(preset)
+    batch = _changed(chosen.train.batch, rows=rows)
     config = RunConfig(
         model=_find_model(model),
-        train=_find_training(preset, steps=steps, minutes=max_minutes, rows=rows, seed=seed),
+        loss=_changed(chosen.loss, variance_weight=variance_weight),
+        train=_changed(chosen.train, steps=steps, minutes=max_minutes, seed=seed, batch=batch),
         data_sha256=interactions.sha256,
     )
     trainer = Trainer(interactions, out, config, find_device(device))
     console = Console(markup=False, emoji=False)
     _train(trainer, console)
-    report = _report(trainer, interactions, out, config, console)
+    report = _report(trainer, interactions, out / MODEL_FILE, config, console)
     write_bytes(out / "report.md", to_markdown(report).encode())
     write_model(out / "report.json", report)
     console.print(Markdown(to_markdown(report)) if sys.stdout.isatty() else to_markdown(report), soft_wrap=True)
@@ -85,14 +92,9 @@ def _find_model(name: str) -> WorldModelConfig:
     return find_preset(name)
 
 
-def _find_training(
-    preset: str, *, steps: int | None, minutes: float | None, rows: int | None, seed: int
-) -> TrainConfig:
-    train = find_train_preset(preset)
-    batch = train.batch.model_copy(update={"rows": rows or train.batch.rows})
-    return train.model_copy(
-        update={"batch": batch, "steps": steps or train.steps, "minutes": minutes or train.minutes, "seed": seed}
-    )
+def _changed(settings: Settings, **changes: object) -> Settings:
+    """Settings with those that were given in place of the preset's."""
+    return settings.model_copy(update={name: value for name, value in changes.items() if value is not None})
 
 
 def _train(trainer: Trainer, console: Console) -> None:
@@ -106,8 +108,20 @@ def _train(trainer: Trainer, console: Console) -> None:
         trainer.run(show)
 
 
-def _report(trainer: Trainer, data: InteractionData, out: Path, config: RunConfig, console: Console) -> Report:
-    model, checkpoint = load_world_model(out / MODEL_FILE)
+def _report(
+    trainer: Trainer, data: InteractionData, checkpoint_path: Path, config: RunConfig, console: Console
+) -> Report:
+    model, checkpoint = load_world_model(checkpoint_path)
+    model.to(trainer.device)
+
+    def errors(transitions: Transitions, what: str) -> ErrorTable:
+        with progress_bars(console) as progress:
+            bar = progress.add_task(f"errors on {what}", total=len(transitions))
+            found = evaluate(
+                model, data, transitions, loss=config.loss, show=lambda done: progress.update(bar, completed=done)
+            )
+        return found.errors
+
     return Report(
         config=config,
         data=DataSummary.of(data),
@@ -117,24 +131,9 @@ def _report(trainer: Trainer, data: InteractionData, out: Path, config: RunConfi
         best_step=checkpoint.header.history[-1].steps,
         weights_sha256=checkpoint.header.weights_sha256,
         clutter6d=__version__,
-        held_out=_errors(model, data, data.validation, config.loss, console, "errors on held-out scenes"),
-        trained_on=_errors(model, data, data.training, config.loss, console, "errors on scenes trained on"),
+        held_out=errors(some_of(data.validation, _HELD_OUT_CLOUDS), "held-out scenes"),
+        trained_on=errors(some_of(data.training, _TRAINED_ON_CLOUDS), "scenes trained on"),
     )
-
-
-def _errors(
-    model: WorldModel,
-    data: InteractionData,
-    transitions: Transitions,
-    loss: LossConfig,
-    console: Console,
-    what: str,
-) -> ErrorTable:
-    chosen = some_of(transitions, _REPORTED_CLOUDS)
-    with progress_bars(console) as progress:
-        bar = progress.add_task(what, total=len(chosen))
-        found = evaluate(model, data, chosen, loss=loss, show=lambda done: progress.update(bar, completed=done))
-    return found.errors
 
 
 def show_predictions(

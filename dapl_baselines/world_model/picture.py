@@ -103,10 +103,10 @@ def _draw_scene(axes: Any, points: Points, moving: Bool[np.ndarray, "point"]) ->
     near = (np.abs(points - centre) < reach).all(axis=1)
     for component, colour in _PARTS:
         shown = points[component.of_cloud][near[component.of_cloud]]
-        axes.scatter(*shown.T, s=2, c=colour, alpha=0.5, depthshade=False, linewidths=0)
+        axes.scatter(*shown.T, s=4, c=colour, alpha=0.5, depthshade=False, linewidths=0)
     x, y, z = ((middle - reach, middle + reach) for middle in centre.tolist())
     axes.set(xlim=x, ylim=y, zlim=z)
-    axes.set_box_aspect((1, 1, 1))
+    axes.set_box_aspect((1, 1, 1), zoom=1.4)
     axes.view_init(elev=35, azim=-60)
     axes.set_axis_off()
 

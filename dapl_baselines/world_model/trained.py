@@ -1,10 +1,9 @@
-"""Trained world models, and the encoders in them, read from checkpoints."""
+"""Trained world models, read from checkpoints; policies take the encoder alone (``policy.encoder_source``)."""
 
 from pathlib import Path
 
 from clutter6d.errors import InvalidFileError
 from dapl_baselines.checkpoint import Checkpoint, read_checkpoint
-from dapl_baselines.encoders.dapl import DaplEncoder
 from dapl_baselines.world_model.model import WorldModel
 
 
@@ -19,14 +18,3 @@ def load_world_model(path: Path) -> tuple[WorldModel, Checkpoint]:
     if not isinstance(checkpoint.module, WorldModel):
         raise InvalidFileError(path, f"holds a {checkpoint.header.architecture}, expected a world model")
     return checkpoint.module.eval(), checkpoint
-
-
-def load_encoder(path: Path) -> DaplEncoder:
-    """The encoder of a world model, in evaluation mode and frozen.
-
-    Raises:
-        MissingFileError: There is no such file.
-        InvalidFileError: It is not an acceptable checkpoint, or not of a world model.
-    """
-    model, _ = load_world_model(path)
-    return model.encoder.requires_grad_(False).eval()

@@ -63,12 +63,13 @@ class Trainer:
         StorageError: It cannot be written.
 
     Attributes:
+        device: Where it runs.
         step: Steps made.
         seconds: Time they took.
     """
 
     def __init__(self, data: InteractionData, out: Path, config: RunConfig, device: torch.device) -> None:
-        self._data, self._out, self._config, self._device = data, out, config, device
+        self._data, self._out, self._config, self.device = data, out, config, device
         self._train = config.train
         claim(out, config)
         self._learner = Learner(config, device)
@@ -99,7 +100,7 @@ class Trainer:
             recent, started = list[dict[str, float]](), time.monotonic()
             for batch in batches:
                 rate = self._train.learning_rate_at(self.step, self.seconds)
-                recent.append({**self._learner.make_step(batch.to(self._device), rate), "learning_rate": rate})
+                recent.append({**self._learner.make_step(batch.to(self.device), rate), "learning_rate": rate})
                 self.step += 1
                 self.seconds, started = self.seconds + time.monotonic() - started, time.monotonic()
                 if self.step % self._train.log_every == 0:

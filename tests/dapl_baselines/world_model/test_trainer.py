@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,10 @@ import pytest
 import torch
 
 from clutter6d.errors import InvalidFileError, InvalidValueError
+from dapl_baselines.policy.encoder_source import open_encoder
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 from dapl_baselines.world_model.learner import DivergedError
-from dapl_baselines.world_model.trained import load_encoder, load_world_model
+from dapl_baselines.world_model.trained import load_world_model
 from tests.dapl_baselines.world_model.tiny import make_trainer
 
 
@@ -45,10 +45,13 @@ def test_a_training_leaves_curves_a_state_and_the_best_model(trained):
     assert list((trained / "tensorboard").iterdir())
 
 
-def test_the_encoder_comes_frozen_out_of_the_checkpoint(trained):
-    encoder = load_encoder(trained / "world-model.pt")
-    assert not any(weight.requires_grad for weight in encoder.parameters())
-    assert encoder(torch.rand(2, 1280, 7)).shape == (2, 40, 16)
+def test_a_policy_takes_the_encoder_from_the_checkpoint(trained):
+    path = trained / "world-model.pt"
+    source = open_encoder(str(path), seed=0)
+    assert source is not None
+    assert source.history[0].method == "world-model"
+    cloud = torch.rand(2, 1280, 7)
+    torch.testing.assert_close(source.module.eval()(cloud), load_world_model(path)[0].encoder(cloud))
 
 
 def test_a_finished_training_is_not_made_again(trained, pushed_boxes):
@@ -61,22 +64,16 @@ def test_a_finished_training_is_not_made_again(trained, pushed_boxes):
 
 
 def test_a_killed_training_goes_on_with_the_same_losses(trained, pushed_boxes, tmp_path):
-    """A real kill of a real process, in the middle; the unbroken training is this process's."""
+    """A real kill of a real process, two steps after a save; the unbroken training is this process's."""
     out, root = tmp_path / "out", Path(__file__).parents[3]
-    command = [sys.executable, "-m", "tests.dapl_baselines.world_model.tiny", str(pushed_boxes), str(out)]
+    command = [sys.executable, "-m", "tests.dapl_baselines.world_model.tiny", str(pushed_boxes), str(out), "14"]
     environment = {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
-    process = subprocess.Popen(command, cwd=root, env=environment, stderr=subprocess.PIPE)
-    deadline = time.monotonic() + 60
-    while not (out / "training.pt").is_file():
-        assert time.monotonic() < deadline
-        assert process.poll() is None, process.stderr.read()
-        time.sleep(0.002)
-    os.kill(process.pid, signal.SIGKILL)
-    process.communicate()
+    assert subprocess.run(command, cwd=root, env=environment, timeout=300).returncode == -signal.SIGKILL
+    assert curve(out / "losses.csv")[-1, 0] == 14
     with (out / "losses.csv").open("a") as file:
-        file.write("99,1.0\n100")
+        file.write("16,1.")
     trainer = make_trainer(pushed_boxes, out)
-    assert 4 <= trainer.step < 30
+    assert trainer.step == 12
     trainer.run()
     for name in ("losses.csv", "validation.csv"):
         np.testing.assert_allclose(curve(out / name), curve(trained / name), rtol=1e-5)

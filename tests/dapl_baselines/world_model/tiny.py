@@ -1,6 +1,9 @@
-"""A world model and a training small enough for tests; run as a program, it trains."""
+"""A world model and a training small enough for tests; run as a program, it trains and is killed."""
 
+import os
+import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import torch
@@ -10,7 +13,7 @@ from dapl_baselines.interactions.dataset import open_interactions
 from dapl_baselines.world_model.batches import BatchConfig
 from dapl_baselines.world_model.model import WorldModelConfig
 from dapl_baselines.world_model.train_config import RunConfig, TrainConfig
-from dapl_baselines.world_model.trainer import Trainer
+from dapl_baselines.world_model.trainer import Progress, Trainer
 
 TINY_MODEL = WorldModelConfig(
     encoder=DaplEncoderConfig(patch_hidden_sizes=(8, 16), token_size=16, blocks=1, heads=2, mlp_ratio=1)
@@ -38,5 +41,15 @@ def make_trainer(data_folder: Path, out: Path, **changes) -> Trainer:
     return Trainer(data, out, make_config(data.sha256, **changes), torch.device("cpu"))
 
 
+def die_at(step: int) -> Callable[[Progress], None]:
+    """Kills this process when the training is told to be at a step."""
+
+    def show(progress: Progress) -> None:
+        if progress.step == step:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    return show
+
+
 if __name__ == "__main__":
-    make_trainer(Path(sys.argv[1]), Path(sys.argv[2])).run()
+    make_trainer(Path(sys.argv[1]), Path(sys.argv[2])).run(die_at(int(sys.argv[3])))
