@@ -12,7 +12,7 @@ from clutter6d.envs.termination import MAX_CONTROL_STEPS
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.cli import open_all_scenes
 from clutter6d.eval.evaluator import ENGINE, EvaluationConfig, episode_keys
-from clutter6d.eval.policy import Policy, PolicyOptions
+from clutter6d.eval.policy import Policy, PolicyOptions, is_planner
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.eval.runner import EpisodeRunner
 from clutter6d.progress import progress_bars
@@ -75,7 +75,7 @@ def record(
 
 def _parallel_episodes(policy: Policy) -> int:
     """A policy that plans takes seconds an episode, so it runs one at a time: a kill then loses one, not sixteen."""
-    return 1 if policy.is_privileged and not isinstance(policy, SweepPolicy) else _PARALLEL_EPISODES
+    return 1 if is_planner(policy) and not isinstance(policy, SweepPolicy) else _PARALLEL_EPISODES
 
 
 def _make_header(scenes: SceneCollection, policy: Policy, where: str, *, seed: int, max_steps: int) -> RecordingHeader:
