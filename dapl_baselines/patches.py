@@ -2,7 +2,8 @@
 
 A cloud is 512 points of the target, then 512 of the environment, then 256 of the end-effector (paper, appendix
 "Details of World Model"). Which points make a patch depends on nothing but the positions of the points of its own
-component: not on their order, and not on the other rows of the batch.
+component: not on their order, and not on the other rows of the batch. (Of points that are equally far to the bit, the
+first counts; sampled surfaces have none.)
 """
 
 from dataclasses import dataclass
@@ -82,7 +83,7 @@ def cut_into_patches(positions: Float[Tensor, "row 1280 3"]) -> Patches:
 
 def _patches_of_component(positions: Float[Tensor, "batch point 3"], patches: int) -> Int[Tensor, "batch patch 32"]:
     if is_on_cpu(positions):
-        points = positions.float().contiguous().numpy()
+        points = positions.detach().float().contiguous().numpy()
         return torch.from_numpy(compiled_patches(points, patches, PATCH_POINTS, torch.get_num_threads()))
     return readable_patches(positions, patches)
 

@@ -11,8 +11,6 @@ from dapl_baselines.on_cpu import in_parts
 from dapl_baselines.patches import Patches, cut_into_patches
 from dapl_baselines.running_statistics import RunningStatistics
 
-__all__ = ["FEATURES", "Features", "PatchTokenizer", "Patches", "gather_points", "position_embedding"]
-
 Features = Literal["xyz", "xyz_velocity", "xyz_mass_velocity"]
 FEATURES: Final[dict[Features, tuple[int, ...]]] = {
     "xyz": (0, 1, 2),
@@ -61,9 +59,11 @@ class PatchTokenizer(nn.Module):
         points = self.statistics(_local_points(cloud, patches))
         if len(self._columns) < points.shape[-1]:
             points = points[..., list(self._columns)]
-        pooled = in_parts(lambda part: self.point_layers(part).amax(dim=2), points, POINT_ROWS_AT_ONCE)
-        summary = self.projection(pooled)
+        summary = self.projection(in_parts(self._pool, points, POINT_ROWS_AT_ONCE))
         return summary + position_embedding(patches.centres, summary.shape[-1]).to(summary.dtype)
+
+    def _pool(self, points: Float[Tensor, "row 40 32 feature"]) -> Float[Tensor, "row 40 hidden"]:
+        return self.point_layers(points).amax(dim=2)
 
     def update_statistics(self, cloud: Float[Tensor, "row 1280 7"]) -> None:
         """Take clouds into the running statistics; in evaluation mode nothing happens."""

@@ -10,8 +10,8 @@ from torch import Tensor, nn
 from clutter6d.schema import FileModel
 from dapl_baselines.encoders.transformer import SelfAttentionBlock
 from dapl_baselines.on_cpu import in_parts
-from dapl_baselines.patches import PATCHES, cut_into_patches
-from dapl_baselines.tokenizer import Features, Patches, PatchTokenizer
+from dapl_baselines.patches import PATCHES, Patches, cut_into_patches
+from dapl_baselines.tokenizer import Features, PatchTokenizer
 
 ROWS_AT_ONCE: Final = 32
 """Rows whose tokens go through the blocks at once on a CPU."""

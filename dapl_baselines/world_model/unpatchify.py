@@ -15,7 +15,7 @@ class Unpatchify(nn.Module):
 
     A point of several patches gets the mean over them. A point of no patch gets what it would get if it belonged to the
     patch of its component whose centre is nearest: the paper does not say what such points get, and they are about a
-    third of the objects' points (16 patches of 32 have as many places as an object has points, and overlap).
+    fifth of all (16 patches of 32 have as many places as an object has points, and overlap).
 
     Args:
         size: Of a patch's embedding.
