@@ -2,7 +2,7 @@
 
 *Products* are the four linear layers of each block, without their biases, and the two products of its attention, of the
 same shapes, one after the other; *tokens* is what comes before the transformer: patches, their points, their tokens. On
-one thread, time is the processor's: what else runs on the machine then hardly counts.
+one thread, time is the processor's, on which other work has less influence.
 
     python benchmarks/encoder_throughput.py [--batches 64,256] [--rounds 15] [--threads 1,2] [--record]
 """
