@@ -47,9 +47,9 @@ def train_world_model(
     max_minutes: Annotated[float | None, typer.Option(min=0.01, help="Minutes at most; default the preset's.")] = None,
     rows: Annotated[int | None, typer.Option(min=1, help="Transitions of a batch; default the preset's.")] = None,
     variance_weight: Annotated[
-        float,
-        typer.Option(min=0, help="Weight of the loss that compares how much velocities vary; the paper's is 100."),
-    ] = 100.0,
+        float | None,
+        typer.Option(min=0, help="Weight of the loss that compares how much velocities vary; default the preset's."),
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of initial weights and batches.")] = 0,
     device: Device = "",
 ) -> None:

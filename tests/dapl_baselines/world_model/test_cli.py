@@ -12,6 +12,7 @@ from dapl_baselines.cli import PROGRAM
 from dapl_baselines.world_model.evaluation import PREDICTORS
 from dapl_baselines.world_model.metrics import POINT_SETS
 from dapl_baselines.world_model.report import Report, share_under_floors
+from dapl_baselines.world_model.train_config import RunConfig, find_train_preset
 from tests.dapl_baselines.world_model.tiny import TINY_MODEL
 
 
@@ -48,6 +49,15 @@ def test_the_report_has_the_model_and_both_floors_side_by_side(trained):
     assert "copy the input" in page
     assert "constant velocity" in page
     assert ("ABOVE" in page) == (share_under_floors(report.held_out, "moving_objects") < 0)
+
+
+def test_what_is_not_given_is_the_presets(trained):
+    config = read_model(trained / "out" / "config.json", RunConfig, what="training")
+    laptop = find_train_preset("laptop")
+    assert (config.train.steps, config.train.batch.rows) == (20, 4)
+    assert config.loss == laptop.loss
+    assert config.train.minutes == laptop.train.minutes
+    assert config.train.batch.moving_share == laptop.train.batch.moving_share
 
 
 def test_the_same_command_again_changes_nothing(trained, pushed_boxes):
