@@ -7,9 +7,9 @@ import numpy as np
 
 from clutter6d.envs.action import ACTION_SIZE
 from clutter6d.envs.point_cloud import SceneClouds
-from clutter6d.errors import InvalidValueError, StorageError
+from clutter6d.errors import StorageError
 from clutter6d.eval.runner import EpisodeKey
-from clutter6d.schema import read_model, write_arrays, write_model
+from clutter6d.schema import write_arrays, write_model
 from dapl_baselines.interactions.recorder import Interaction
 from dapl_baselines.interactions.shards import (
     ACTIONS_FILE,
@@ -28,6 +28,7 @@ from dapl_baselines.interactions.shards import (
     scene_specs,
 )
 from dapl_baselines.interactions.states import row_size
+from dapl_baselines.run_folder import claim
 
 
 class Recording:
@@ -45,7 +46,7 @@ class Recording:
 
     def __init__(self, folder: Path, header: RecordingHeader) -> None:
         self._folder, self._header = folder, header
-        _claim(folder, header)
+        claim(folder / RECORDING_FILE, header, what="recording")
         self._shards = list(read_shards(folder, header.objects))
 
     @property
@@ -78,20 +79,6 @@ class Recording:
             clouds.load(0, episode.scene_model)
             arrays = {name: getattr(clouds, name)[0] for name in scene_specs(self._header.objects)}
             write_arrays(path, arrays)
-
-
-def _claim(folder: Path, header: RecordingHeader) -> None:
-    """Make the folder this recording's, or find that it already is."""
-    path = folder / RECORDING_FILE
-    if path.is_file():
-        before, now = read_model(path, RecordingHeader, what="recording").model_dump(), header.model_dump()
-        changed = [f"{name} was {before[name]}, is {now[name]}" for name in now if before[name] != now[name]]
-        if changed:
-            raise InvalidValueError(f"{folder} was recorded with other settings ({changed[0]}); choose another --out")
-    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InvalidValueError(f"{folder} is neither an empty folder nor a recording; choose another --out")
-    else:
-        write_model(path, header)
 
 
 def _new_shard(folder: Path, objects: int) -> Shard:

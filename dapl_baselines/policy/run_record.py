@@ -1,11 +1,11 @@
 """What a training's folder says it is."""
 
 from pathlib import Path
-from typing import Any, Final, Literal, cast
+from typing import Final, Literal
 
-from clutter6d.errors import InvalidValueError
-from clutter6d.schema import FileModel, read_model, write_model
+from clutter6d.schema import FileModel
 from dapl_baselines.policy.settings import TrainingSettings
+from dapl_baselines.run_folder import claim
 
 RUN_FILE: Final = "run.json"
 _MAY_CHANGE: Final = "settings.iterations"
@@ -32,35 +32,12 @@ class RunRecord(FileModel):
     device: str
 
 
-def claim_folder(out: Path, record: RunRecord) -> None:
-    """Make a folder this training's, or find that it already is.
+def claim_folder(out: Path, record: FileModel, *, what: str = "policy training") -> None:
+    """Make a folder this training's, or find that it already is; arguments and errors as of :func:`claim`.
 
-    Raises:
-        InvalidValueError: It holds a training with other settings, or something else.
-        InvalidFileError: Its ``run.json`` is damaged.
-        StorageError: It cannot be written.
+    Args:
+        out: The folder.
+        record: Everything that the outcome depends on, with its ``settings``.
+        what: What the training is called.
     """
-    path = out / RUN_FILE
-    if path.is_file():
-        before, now = _flat(read_model(path, RunRecord, what="policy training")), _flat(record)
-        changed = [name for name in now if before.get(name) != now[name] and name != _MAY_CHANGE]
-        if changed:
-            what = f"{changed[0]} was {before.get(changed[0])}, is {now[changed[0]]}"
-            raise InvalidValueError(f"{out} is of a training with other settings ({what}); choose another --out")
-    elif out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InvalidValueError(f"{out} is neither an empty folder nor a policy training; choose another --out")
-    write_model(path, record)
-
-
-def _flat(record: FileModel) -> dict[str, object]:
-    """All values by their path."""
-
-    def walk(prefix: str, value: object) -> dict[str, object]:
-        if not isinstance(value, dict):
-            return {prefix: value}
-        found: dict[str, object] = {}
-        for name, part in cast(dict[str, Any], value).items():
-            found |= walk(f"{prefix}.{name}" if prefix else name, part)
-        return found
-
-    return walk("", record.model_dump(mode="json"))
+    claim(out / RUN_FILE, record, what=what, may_change={_MAY_CHANGE})

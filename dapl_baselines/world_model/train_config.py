@@ -3,18 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final, Literal
 
 from pydantic import Field, model_validator
 
-from clutter6d.errors import InvalidValueError, UnknownNameError
-from clutter6d.schema import FileModel, read_model, write_model
+from clutter6d.errors import UnknownNameError
+from clutter6d.schema import FileModel
 from dapl_baselines.world_model.batches import BatchConfig
 from dapl_baselines.world_model.loss import LossConfig
 from dapl_baselines.world_model.model import WorldModelConfig
-
-CONFIG_FILE: Final = "config.json"
 
 
 class TrainConfig(FileModel):
@@ -93,26 +90,6 @@ class RunConfig(FileModel):
     loss: LossConfig = Field(default_factory=LossConfig)
     train: TrainConfig
     data_sha256: str = Field(pattern="^[0-9a-f]{64}$")
-
-
-def claim(out: Path, config: RunConfig) -> None:
-    """Make the folder this training's, or find that it already is.
-
-    Raises:
-        InvalidValueError: It is of a training with other settings, or of something else.
-        InvalidFileError: Its ``config.json`` is damaged.
-        StorageError: It cannot be written.
-    """
-    path = out / CONFIG_FILE
-    if path.is_file():
-        before, now = read_model(path, RunConfig, what="training").model_dump(), config.model_dump()
-        changed = [name for name in now if before[name] != now[name]]
-        if changed:
-            raise InvalidValueError(f"{out} is of a training with another '{changed[0]}'; choose another --out")
-    elif out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InvalidValueError(f"{out} is neither an empty folder nor a training; choose another --out")
-    else:
-        write_model(path, config)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

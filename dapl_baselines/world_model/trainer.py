@@ -20,12 +20,14 @@ from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.interactions.dataset import InteractionData
+from dapl_baselines.run_folder import claim
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 from dapl_baselines.world_model.batches import Batch, prefetched, some_of, training_batch
 from dapl_baselines.world_model.evaluation import evaluate
 from dapl_baselines.world_model.learner import Learner
-from dapl_baselines.world_model.train_config import RunConfig, claim
+from dapl_baselines.world_model.train_config import RunConfig
 
+CONFIG_FILE: Final = "config.json"
 STATE_FILE: Final = "training.pt"
 MODEL_FILE: Final = "world-model.pt"
 ARCHITECTURE: Final = "world-model"
@@ -71,7 +73,7 @@ class Trainer:
     def __init__(self, data: InteractionData, out: Path, config: RunConfig, device: torch.device) -> None:
         self._data, self._out, self._config, self.device = data, out, config, device
         self._train = config.train
-        claim(out, config)
+        claim(out / CONFIG_FILE, config, what="world-model training")
         self._learner = Learner(config, device)
         self._watched = some_of(data.validation, self._train.validation_clouds)
         self.step, self.seconds, self._best_loss, self._best_step = 0, 0.0, float("inf"), 0

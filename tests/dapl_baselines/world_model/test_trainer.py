@@ -102,13 +102,13 @@ def test_a_loss_that_is_not_finite_ends_it(pushed_boxes, tmp_path):
 
 
 def test_other_settings_need_another_folder(trained, pushed_boxes):
-    with pytest.raises(InvalidValueError, match="another 'train'"):
+    with pytest.raises(InvalidValueError, match="train.seed was 3, is 4"):
         make_trainer(pushed_boxes, trained, seed=4)
 
 
 def test_a_folder_of_something_else_is_left_alone(pushed_boxes, tmp_path):
     (tmp_path / "thesis.txt").write_text("years of work")
-    with pytest.raises(InvalidValueError, match="neither an empty folder nor a training"):
+    with pytest.raises(InvalidValueError, match="neither an empty folder nor a world-model training"):
         make_trainer(pushed_boxes, tmp_path)
 
 
