@@ -8,6 +8,9 @@ from torch import Tensor, nn
 
 MIN_RELATIVE_DEVIATION = 1e-5
 """A feature that deviates from its mean by a smaller share than this is constant up to its rounding."""
+MIN_DEVIATION = 1e-6
+"""So is one that deviates by less than this: a micrometre, a micrometre a second, a milligram. It matters where the
+mean is near zero, as that of velocities of what stands still."""
 
 
 class RunningStatistics(nn.Module):
@@ -58,7 +61,7 @@ class RunningStatistics(nn.Module):
         scales: list[Tensor] = []
         for variance, mean in zip(self.variance.split(self._groups), self.mean.split(self._groups), strict=True):
             spread, offset = variance.mean(), mean.square().mean()
-            is_constant = spread <= MIN_RELATIVE_DEVIATION**2 * offset
+            is_constant = spread <= MIN_DEVIATION**2 + MIN_RELATIVE_DEVIATION**2 * offset
             scales.append(torch.where(is_constant, 1.0, spread).sqrt().expand(len(variance)))
         return torch.cat(scales)
 

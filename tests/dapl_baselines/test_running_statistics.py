@@ -46,6 +46,14 @@ def test_constant_features_become_zero_and_never_nan(constant):
     assert torch.allclose(statistics(torch.full((5, 1), constant)), torch.zeros(5, 1), atol=1e-4)
 
 
+def test_rounding_noise_about_zero_is_not_brought_to_scale():
+    noise = 1e-12 * torch.randn(100, 1, generator=torch.Generator().manual_seed(0))
+    statistics = RunningStatistics(groups=(1,))
+    statistics.update(noise)
+    assert torch.equal(statistics.scale, torch.ones(1))
+    assert statistics(noise).abs().max() < 1e-10
+
+
 def test_in_evaluation_mode_and_from_no_values_nothing_is_learned():
     statistics = RunningStatistics(groups=(4,))
     statistics.update(make_values()[:0])
