@@ -53,10 +53,12 @@ class Curves:
 def _cut(path: Path, last: int, columns: list[str]) -> None:
     """Leave the rows up to the last iteration, or begin the file; a line without an end was cut by a kill."""
     header = ",".join(columns) + "\n"
-    lines = read_bytes(path, what="curve").decode().splitlines(keepends=True) if path.is_file() else [header]
-    if lines[:1] != [header]:
+    text = read_bytes(path, what="curve").decode(errors="replace") if path.is_file() else header
+    first, *rows = [line for line in text.splitlines(keepends=True) if line.endswith("\n")] or [""]
+    numbers = [row.partition(",")[0] for row in rows]
+    if first != header or not all(number.isdecimal() for number in numbers):
         raise InvalidFileError(path, "not a curve of this training; move it away")
-    kept = [line for line in lines[1:] if line.endswith("\n") and int(line.split(",", 1)[0]) <= last]
+    kept = [row for row, number in zip(rows, numbers, strict=True) if int(number) <= last]
     write_bytes(path, "".join([header, *kept]).encode())
 
 

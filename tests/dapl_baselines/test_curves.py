@@ -33,8 +33,9 @@ def test_tensorboard_has_the_same_points(tmp_path):
     assert list((tmp_path / "tensorboard").iterdir())
 
 
-def test_another_table_in_its_place_is_not_overwritten(tmp_path):
-    (tmp_path / "training.csv").write_text("a,b\n1,2\n")
+@pytest.mark.parametrize("text", ["a,b\n1,2\n", "", "iteration,loss\nnone,0.5\n"])
+def test_another_table_in_its_place_is_not_overwritten(tmp_path, text):
+    (tmp_path / "training.csv").write_text(text)
     with pytest.raises(InvalidFileError, match="not a curve of this training"):
         add(tmp_path, 0, [1])
-    assert (tmp_path / "training.csv").read_text() == "a,b\n1,2\n"
+    assert (tmp_path / "training.csv").read_text() == text
