@@ -12,11 +12,13 @@ from rich.console import Console
 from clutter6d.errors import UnknownNameError
 from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import Precision
+from dapl_baselines.devices import find_device
 from dapl_baselines.policy.config import StatePart
 from dapl_baselines.policy.encoder_source import open_encoder
 from dapl_baselines.policy.iteration_report import IterationReport
 from dapl_baselines.policy.settings import PRESETS, TrainingSettings
 from dapl_baselines.policy.training import PolicyTraining
+from dapl_baselines.preset_choices import with_choices
 from dapl_baselines.validation import TrainingScenes, open_training_scenes
 
 
@@ -54,8 +56,11 @@ def train_policy(
     ] = None,
 ) -> None:
     """Train a policy by PPO on a frozen encoder; killed at any time, the same command goes on as if it had not been."""
+    find_device(device)
     scenes, source = open_training_scenes(split), open_encoder(encoder, seed)
-    settings = _settings(preset, envs=envs, iterations=iterations, seed=seed, stored_precision=precision)
+    settings = with_choices(
+        _find_preset(preset), envs=envs, iterations=iterations, seed=seed, stored_precision=precision
+    )
     settings = _with_state(settings, scenes, has_physics=physics, has_objects=objects)
     out = out or Path("trainings") / f"policy-{Path(encoder).stem}-{preset}"
     console = Console(markup=False, emoji=False)
@@ -75,12 +80,10 @@ def train_policy(
     console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
 
 
-def _settings(preset: str, **chosen: object) -> TrainingSettings:
-    """The preset, with what the user chose instead."""
-    if preset not in PRESETS:
-        raise UnknownNameError("preset", preset, PRESETS)
-    given = {name: value for name, value in chosen.items() if value is not None}
-    return TrainingSettings.model_validate(PRESETS[preset].model_dump() | given)
+def _find_preset(name: str) -> TrainingSettings:
+    if name not in PRESETS:
+        raise UnknownNameError("preset", name, PRESETS)
+    return PRESETS[name]
 
 
 def _with_state(

@@ -2,18 +2,18 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated
 
-import torch
 import typer
 from rich.console import Console
 from rich.markdown import Markdown
 
 from clutter6d import __version__
-from clutter6d.errors import InvalidValueError
 from clutter6d.progress import progress_bars
-from clutter6d.schema import FileModel, read_model, write_bytes, write_model
+from clutter6d.schema import read_model, write_bytes, write_model
+from dapl_baselines.devices import find_device
 from dapl_baselines.interactions.dataset import InteractionData, Transitions, open_interactions
+from dapl_baselines.preset_choices import with_choices
 from dapl_baselines.world_model.batches import some_of
 from dapl_baselines.world_model.evaluation import ErrorTable, evaluate
 from dapl_baselines.world_model.model import WorldModelConfig
@@ -27,7 +27,6 @@ from dapl_baselines.world_model.trainer import MODEL_FILE, Progress, Trainer
 _HELD_OUT_CLOUDS, _TRAINED_ON_CLOUDS = 2048, 512
 """Transitions that the report's errors are means over."""
 
-Settings = TypeVar("Settings", bound=FileModel)
 Data = Annotated[list[Path], typer.Option(help="What dapl record wrote; may be given more than once.")]
 Device = Annotated[str, typer.Option(help="cpu or cuda; by default cuda where there is one.")]
 
@@ -55,11 +54,11 @@ def train_world_model(
 ) -> None:
     """Train a world model on recorded interactions, and report its errors beside what needs no learning."""
     interactions, chosen = open_interactions(data), find_train_preset(preset)
-    batch = _changed(chosen.train.batch, rows=rows)
+    batch = with_choices(chosen.train.batch, rows=rows)
     config = RunConfig(
         model=_find_model(model),
-        loss=_changed(chosen.loss, variance_weight=variance_weight),
-        train=_changed(chosen.train, steps=steps, minutes=max_minutes, seed=seed, batch=batch),
+        loss=with_choices(chosen.loss, variance_weight=variance_weight),
+        train=with_choices(chosen.train, steps=steps, minutes=max_minutes, seed=seed, batch=batch),
         data_sha256=interactions.sha256,
     )
     trainer = Trainer(interactions, out, config, find_device(device))
@@ -71,30 +70,10 @@ def train_world_model(
     console.print(Markdown(to_markdown(report)) if sys.stdout.isatty() else to_markdown(report), soft_wrap=True)
 
 
-def find_device(name: str) -> torch.device:
-    """The device of a name; the graphics card, if there is one, for none.
-
-    Raises:
-        InvalidValueError: There is no such device here.
-    """
-    try:
-        device = torch.device(name or ("cuda" if torch.cuda.is_available() else "cpu"))
-    except RuntimeError:
-        raise InvalidValueError(f"device '{name}' is unknown; choose cpu or cuda") from None
-    if device.type not in ("cpu", "cuda") or (device.type == "cuda" and not torch.cuda.is_available()):
-        raise InvalidValueError(f"there is no device '{name}' here; choose cpu")
-    return device
-
-
 def _find_model(name: str) -> WorldModelConfig:
     if Path(name).suffix == ".json":
         return read_model(Path(name), WorldModelConfig, what="configuration of a world model")
     return find_preset(name)
-
-
-def _changed(settings: Settings, **changes: object) -> Settings:
-    """Settings with those that were given in place of the preset's."""
-    return settings.model_copy(update={name: value for name, value in changes.items() if value is not None})
 
 
 def _train(trainer: Trainer, console: Console) -> None:

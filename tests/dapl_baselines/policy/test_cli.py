@@ -49,6 +49,8 @@ def test_a_teacher_sees_the_objects_of_the_scenes(folder):
         (("--precision", "float8"), "'float8' is not one of 'float32', 'float16'"),
         (("--encoder", "corm"), "unknown encoder 'corm'"),
         (("--encoder", "missing.pt"), "checkpoint not found"),
+        (("--device", "tpu"), "device 'tpu' is unknown"),
+        (("--envs", "2000000"), "envs is 2000000: Input should be less than or equal to 1048576"),
         (("--split", "sparse-test"), "scenes of sparse-test; train on sparse-train"),
     ],
 )

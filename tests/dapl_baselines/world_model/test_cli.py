@@ -101,6 +101,7 @@ def test_predictions_are_drawn(trained, pushed_boxes, capsys, monkeypatch):
     [
         (["--preset", "desktop"], "unknown training preset 'desktop'"),
         (["--device", "tpu"], "device 'tpu'"),
+        (["--rows", "70000"], "rows is 70000: Input should be less than or equal to 65536"),
         (["--model", "point"], "did you mean 'points'?"),
         (["--model", "missing.json"], "configuration of a world model not found"),
         (["--data", "nowhere"], "make one with: dapl record"),
