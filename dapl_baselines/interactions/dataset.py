@@ -157,8 +157,8 @@ def _transitions(
     number: int, shard: Shard, scenes: Int[np.ndarray, "episode"], header: RecordingHeader
 ) -> tuple[Transitions, Bool[np.ndarray, "row"]]:
     """All transitions of a shard, and which of them are held out."""
-    steps = [entry.steps for entry in shard.episodes]
-    held_out = [entry.scene_id in set(header.validation_scenes) for entry in shard.episodes]
+    steps, validation = [entry.steps for entry in shard.episodes], set(header.validation_scenes)
+    held_out = [entry.scene_id in validation for entry in shard.episodes]
     rows = np.concatenate([np.arange(entry.rows.start, entry.rows.stop - 1) for entry in shard.episodes])
     transitions = Transitions(
         shard=np.full(len(rows), number),

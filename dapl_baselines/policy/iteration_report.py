@@ -30,7 +30,7 @@ class IterationReport:
     validation: ValidationResult | None
 
     def curve_row(self) -> dict[str, float]:
-        """Its row in ``curve.csv``; columns that begin with ``timing_`` are the only ones that may differ."""
+        """Its row in ``training.csv``; columns that begin with ``timing_`` are the only ones that may differ."""
         update = self.update
         return {
             "environment_steps": self.environment_steps,

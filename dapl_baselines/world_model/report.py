@@ -104,8 +104,9 @@ def to_markdown(report: Report) -> str:
             f"{train.batch.rows} transitions in {report.minutes:.1f} minutes, seed {train.seed}. The checkpoint is "
             f"that of step {report.best_step:,}.",
             "",
-            f"Trained on {data.training:,} transitions of {', '.join(data.policies)}, evaluated on "
-            f"{data.validation:,} of scenes that were held out; in {data.moving_share:.0%} of them an object moves.",
+            f"Trained on {data.training:,} transitions of {', '.join(data.policies)}; {data.validation:,} more are of "
+            f"scenes that were held out. In {data.moving_share:.0%} of all an object moves. Errors are means over some "
+            "of either kind, drawn at random and always the same.",
             "",
             f"On moving points of objects in held-out scenes, P.E. is {abs(share):.0%} {side} the better floor.",
             "",
