@@ -88,6 +88,8 @@ class PolicyTraining:
         self.standing = Standing()
         if (out / STATE_FILE).is_file():
             self.standing = read_training_state(out / STATE_FILE, self._runner, self._env)
+            # On a GPU, where episodes begin anew, the curriculum of the action scale must not.
+            self._env.envs.training_step = self.standing.iteration * settings.steps_per_env
 
     def run(self) -> Generator[IterationReport, None, None]:
         """Make the iterations that are left; each is yielded when it is made.

@@ -13,6 +13,7 @@ import torch
 
 from clutter6d.errors import InvalidFileError, InvalidValueError
 from dapl_baselines.checkpoint import read_checkpoint
+from dapl_baselines.policy.rollout_env import RolloutEnv
 from dapl_baselines.policy.training import ARCHITECTURE
 from tests.dapl_baselines.policy.small_training import SETTINGS, make_training
 
@@ -79,6 +80,17 @@ def test_stopped_and_continued_it_is_the_unbroken_run(unbroken, tmp_path):
             assert len(list(islice(reports, made))) == made
     assert outcome(tmp_path / "run") == outcome(unbroken)
     assert list(make_training(tmp_path / "run").run()) == []
+
+
+def test_episodes_that_begin_anew_as_on_a_gpu_keep_their_place_in_the_curriculum(unbroken, tmp_path, monkeypatch):
+    monkeypatch.setattr(RolloutEnv, "can_be_restored", False)
+    for made in (2, 1):
+        with closing(make_training(tmp_path / "run").run()) as reports:
+            assert len(list(islice(reports, made))) == made
+    ours, whole = (
+        [row["action_scale_rad"] for row in rows(out / "training.csv")] for out in (tmp_path / "run", unbroken)
+    )
+    assert ours == whole[:3]
 
 
 def test_interrupted_during_a_look_it_loses_one_iteration_and_makes_it_again(unbroken, tmp_path):
