@@ -30,8 +30,8 @@ class TrainConfig(FileModel):
         max_gradient_norm: Gradients longer than this are cut to it.
         precision: Of matrix products in training; weights stay float32. On a CPU a step in bfloat16 takes a third
             longer than in float32, measured on one that has instructions for it; on a graphics card it pays.
-        log_every: Steps that a row of the loss curve is the mean of.
-        save_every: Steps between two states that a killed training goes on from.
+        log_every: Steps that a row of the loss curve is the mean of; what an interruption costs at most.
+        save_every: Steps between two states on disk; what a kill costs at most.
         validate_every: Steps between two looks at the scenes that are held out.
         validation_clouds: Transitions that are looked at.
         patience: Looks without improvement after which the training ends.

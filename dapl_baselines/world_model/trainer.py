@@ -7,8 +7,9 @@ losses.csv, validation.csv, tensorboard/   curves
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import closing
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -77,6 +78,7 @@ class Trainer:
         self._learner = Learner(config, device)
         self._watched = some_of(data.validation, self._train.validation_clouds)
         self.step, self.seconds, self._best_loss, self._best_step = 0, 0.0, float("inf"), 0
+        self._state: dict[str, object] | None = None
         if (out / STATE_FILE).is_file():
             self._restore()
 
@@ -87,7 +89,7 @@ class Trainer:
         return is_stale or self._train.progress(self.step, self.seconds) >= 1
 
     def run(self, show: Callable[[Progress], None] | None = None) -> None:
-        """Train to the end.
+        """Train to the end; interrupted, or ended by an error, it loses the steps since the last row of the loss curve.
 
         Args:
             show: Told now and then how it stands.
@@ -99,22 +101,32 @@ class Trainer:
             return
         batches = prefetched(self._draw, range(self.step, self._train.steps))
         with closing(Curves(self._out, self.step, counted="step")) as curves, closing(batches):
-            recent, started = list[dict[str, float]](), time.monotonic()
-            for batch in batches:
-                rate = self._train.learning_rate_at(self.step, self.seconds)
-                recent.append({**self._learner.make_step(batch.to(self.device), rate), "learning_rate": rate})
-                self.step += 1
-                self.seconds, started = self.seconds + time.monotonic() - started, time.monotonic()
-                if self.step % self._train.log_every == 0:
-                    progress, recent = self._log(curves, recent), []
-                    if show is not None:
-                        show(progress)
-                if self.is_over or self.step % self._train.validate_every == 0:
-                    self._look(curves)
-                if self.is_over or self.step % self._train.save_every == 0:
-                    self._save()
-                if self.is_over:
-                    break
+            try:
+                self._make_steps(batches, curves, show)
+            finally:
+                self._save()
+
+    def _make_steps(
+        self, batches: Iterable[Batch], curves: Curves, show: Callable[[Progress], None] | None = None
+    ) -> None:
+        recent, started = list[dict[str, float]](), time.monotonic()
+        for batch in batches:
+            rate = self._train.learning_rate_at(self.step, self.seconds)
+            recent.append({**self._learner.make_step(batch.to(self.device), rate), "learning_rate": rate})
+            self.step += 1
+            self.seconds, started = self.seconds + time.monotonic() - started, time.monotonic()
+            if self.step % self._train.log_every == 0:
+                progress, recent = self._log(curves, recent), []
+                if show is not None:
+                    show(progress)
+            if self.is_over or self.step % self._train.validate_every == 0:
+                self._look(curves)
+            if self.is_over or self.step % self._train.log_every == 0:
+                self._state = self._copy_state()
+            if self.is_over or self.step % self._train.save_every == 0:
+                self._save()
+            if self.is_over:
+                break
 
     def _draw(self, step: int) -> Batch:
         return training_batch(self._data, step, self._train.batch, self._train.seed)
@@ -161,14 +173,20 @@ class Trainer:
             settings=self._config.model_dump(mode="json"),
         )
 
-    def _save(self) -> None:
-        counts = {
+    def _copy_state(self) -> dict[str, object]:
+        return {
+            **deepcopy(self._learner.state()),
             "step": self.step,
             "seconds": self.seconds,
             "best_loss": self._best_loss,
             "best_step": self._best_step,
         }
-        write_tensor_file(self._out / STATE_FILE, {**self._learner.state(), **counts})
+
+    def _save(self) -> None:
+        """Write the last state that was copied, unless it is written already."""
+        if self._state is not None:
+            write_tensor_file(self._out / STATE_FILE, self._state)
+            self._state = None
 
     def _restore(self) -> None:
         path = self._out / STATE_FILE

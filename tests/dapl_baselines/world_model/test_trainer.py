@@ -82,6 +82,19 @@ def test_a_killed_training_goes_on_with_the_same_losses(trained, pushed_boxes, t
         torch.testing.assert_close(broken[name], tensor, msg=name)
 
 
+def test_an_interrupted_training_loses_no_more_than_a_row_of_its_curve(trained, pushed_boxes, tmp_path):
+    def interrupt(progress):
+        if progress.step == 12:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_trainer(pushed_boxes, tmp_path / "out").run(interrupt)
+    trainer = make_trainer(pushed_boxes, tmp_path / "out")
+    assert trainer.step == 10
+    trainer.run()
+    np.testing.assert_allclose(curve(tmp_path / "out" / "losses.csv"), curve(trained / "losses.csv"), rtol=1e-5)
+
+
 def test_it_ends_when_held_out_scenes_do_not_get_better(pushed_boxes, tmp_path):
     trainer = make_trainer(pushed_boxes, tmp_path / "out", steps=1000, learning_rate=1e-12, patience=1)
     trainer.run()
