@@ -123,8 +123,14 @@ class PolicyNetwork(nn.Module):
             state: ``s_env``, as observed.
             cloud: Target's, environment's and end effector's points; not needed without an encoder.
         """
+        return self.config.action_scale_rad * self.actor(self.fuse(state, cloud)).clamp(-1, 1)
+
+    def fuse(
+        self, state: Float[Tensor, "row state"], cloud: Float[Tensor, "row 1280 7"] | None = None
+    ) -> Float[Tensor, "row fused"]:
+        """The representation ``g`` that actor and critic read; arguments as of :meth:`forward`."""
         tokens = None if self.encoder is None or cloud is None else self.encoder(cloud)
-        return self.config.action_scale_rad * self.actor(self.trunk(state, tokens)).clamp(-1, 1)
+        return self.trunk(state, tokens)
 
 
 def mlp(sizes: Sequence[int], *, ends_linear: bool = True) -> nn.Sequential:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float32, Float64, Int
+from torch import Tensor
 
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
@@ -41,13 +42,25 @@ class NetworkPolicy:
 
     def act(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:
         """Joint residuals [rad]."""
+        return forward_in_fixed_batches(self._network, *self._network_inputs(inputs))
+
+    @property
+    def latent_size(self) -> int:
+        """Numbers in ``g``."""
+        return self._config.fusion_sizes[-1]
+
+    def latents(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot fused"]:
+        """The representation ``g`` that the actions are read from, which a student may learn to recover."""
+        return forward_in_fixed_batches(self._network.fuse, *self._network_inputs(inputs))
+
+    def _network_inputs(self, inputs: PolicyInput) -> list[Tensor]:
         seen: dict[str, object] = dict(inputs.observation or {})
         if inputs.states is not None and self._config.objects:
             seen["object_states"] = self._object_states(inputs.states, inputs.episodes)
         network_inputs = [state_vector(seen, self._config.state_parts)]
         if self._config.encoder:
             network_inputs.append(cloud(seen))
-        return forward_in_fixed_batches(self._network, *network_inputs)
+        return network_inputs
 
     def _object_states(
         self, states: Float64[np.ndarray, "slot state"], episodes: Sequence[Episode]

@@ -32,12 +32,6 @@ class RunRecord(FileModel):
     device: str
 
 
-def claim_folder(out: Path, record: FileModel, *, what: str = "policy training") -> None:
-    """Make a folder this training's, or find that it already is; arguments and errors as of :func:`claim`.
-
-    Args:
-        out: The folder.
-        record: Everything that the outcome depends on, with its ``settings``.
-        what: What the training is called.
-    """
-    claim(out / RUN_FILE, record, what=what, may_change={_MAY_CHANGE})
+def claim_folder(out: Path, record: RunRecord) -> None:
+    """Make a folder this training's, or find that it already is; errors as of :func:`claim`."""
+    claim(out / RUN_FILE, record, what="policy training", may_change={_MAY_CHANGE})

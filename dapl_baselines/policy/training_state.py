@@ -49,7 +49,7 @@ def copy_training_state(standing: Standing, runner: RslRunner, env: RolloutEnv) 
         "random": torch.get_rng_state(),
     }
     if env.can_be_restored:
-        state |= {"running": env.tally.running.clone(), "environments": _pack(env.snapshot())}
+        state |= {"running": env.tally.running.clone(), "environments": pack_snapshot(env.snapshot())}
     return state
 
 
@@ -65,7 +65,7 @@ def read_training_state(path: Path, runner: RslRunner, env: RolloutEnv) -> Stand
     try:
         runner.alg.load(state["algorithm"], None, strict=True)
         if env.can_be_restored:
-            env.restore(_unpack(state["environments"]))
+            env.restore(unpack_snapshot(state["environments"]))
             env.tally.running.copy_(state["running"])
         torch.set_rng_state(state["random"])
         standing = Standing(
@@ -80,7 +80,8 @@ def read_training_state(path: Path, runner: RslRunner, env: RolloutEnv) -> Stand
     return standing
 
 
-def _pack(snapshot: Snapshot) -> dict[str, object]:
+def pack_snapshot(snapshot: Snapshot) -> dict[str, object]:
+    """Where environments are, as plain values and tensors for a file."""
     places, motion = snapshot.places, snapshot.motion
     return {
         "seeds": list(places.seeds),
@@ -97,7 +98,8 @@ def _pack(snapshot: Snapshot) -> dict[str, object]:
     }
 
 
-def _unpack(state: dict[str, Any]) -> Snapshot:
+def unpack_snapshot(state: dict[str, Any]) -> Snapshot:
+    """The same from a file; a name that is missing is a ``KeyError``."""
     arrays = {name: value.numpy() for name, value in state.items() if isinstance(value, torch.Tensor)}
     return Snapshot(
         places=StreamPlaces(
