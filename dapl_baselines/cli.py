@@ -11,6 +11,7 @@ _COMMANDS: Final = {
     "train world-model": ("dapl_baselines.world_model.cli:train_world_model", "Train a world model, or an ablation."),
     "show-predictions": ("dapl_baselines.world_model.cli:show_predictions", "Draw predicted beside true motion."),
     "train policy": ("dapl_baselines.policy.cli:train_policy", "Train a policy by PPO on a frozen encoder."),
+    "distill": ("dapl_baselines.distillation.cli:distill", "Distil a teacher into a policy that sees points alone."),
     "serve": ("dapl_baselines.serving.cli:serve", "Serve a policy to a robot's computer, over a websocket."),
     "export": ("dapl_baselines.serving.cli:export", "Export a policy to ONNX and TorchScript."),
 }

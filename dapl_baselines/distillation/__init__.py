@@ -1,0 +1,1 @@
+"""A student with points and no privileged input learns from a teacher (paper, "Dynamics Distillation")."""

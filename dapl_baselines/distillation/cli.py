@@ -1,0 +1,122 @@
+"""The command ``dapl distill``."""
+
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from clutter6d.errors import InvalidValueError, UnknownNameError
+from clutter6d.eval.policy import PolicyOptions
+from clutter6d.eval.policy_loading import load_policy
+from clutter6d.progress import BarsByName, progress_bars
+from dapl_baselines.checkpoint import Precision
+from dapl_baselines.distillation.iteration_report import DistillationReport
+from dapl_baselines.distillation.settings import PRESETS, DistillationSettings
+from dapl_baselines.distillation.training import Distillation
+from dapl_baselines.policy.encoder_source import EncoderSource, open_encoder
+from dapl_baselines.preset_choices import with_choices
+from dapl_baselines.validation import open_training_scenes
+
+
+def distill(
+    teacher: Annotated[
+        str, typer.Option(help="Any policy: a name, such as planner; package.module:factory; or a .pt checkpoint.")
+    ],
+    encoder: Annotated[
+        str, typer.Option(help="The .pt of a world model or policy, whose encoder it is; or dapl, with random weights.")
+    ],
+    preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
+    split: Annotated[
+        str, typer.Option(help="A frozen training split or a folder of scenes; one scene of 16 is held out.")
+    ] = "sparse-train",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder, by default trainings/distilled-TEACHER-PRESET; one left goes on.")
+    ] = None,
+    envs: Annotated[int | None, typer.Option(min=1, help="Environments; default the preset's.")] = None,
+    iterations: Annotated[int | None, typer.Option(min=1, help="Rollouts in all; default the preset's.")] = None,
+    teacher_iterations: Annotated[
+        int | None, typer.Option(min=0, help="Rollouts until the teacher acts nowhere; default the preset's.")
+    ] = None,
+    noise: Annotated[
+        float | None, typer.Option(min=0, max=1, help="Deviation of the student's points [m] and velocities [m/s].")
+    ] = None,
+    latent_weight: Annotated[
+        float | None, typer.Option(min=0, help="Weight of the latent loss; 0: the student learns actions alone.")
+    ] = None,
+    train_encoder: Annotated[bool, typer.Option(help="Let the encoder learn too; takes far longer.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything drawn.")] = 0,
+    threads: Annotated[int, typer.Option(min=0, help="Threads of simulation and teacher; 0 for all cores.")] = 0,
+    precision: Annotated[
+        Precision, typer.Option(help="Of the weights in checkpoints; float16 takes half the room.")
+    ] = "float32",
+    max_minutes: Annotated[
+        float | None, typer.Option(min=0, help="Stop after so long; the same command goes on.")
+    ] = None,
+) -> None:
+    """Distil a teacher into a policy that sees points alone; killed at any time, the same command goes on."""
+    settings = with_choices(
+        _find_preset(preset),
+        envs=envs,
+        iterations=iterations,
+        teacher_iterations=teacher_iterations,
+        noise_sigma=noise,
+        latent_weight=latent_weight,
+        trains_encoder=train_encoder,
+        seed=seed,
+        stored_precision=precision,
+    )
+    scenes, source = open_training_scenes(split), _open_student_encoder(encoder, seed)
+    policy = load_policy(teacher, PolicyOptions(seed=seed, threads=threads))
+    out = out or Path("trainings") / f"distilled-{policy.name}-{preset}"
+    console = Console(markup=False, emoji=False)
+    with progress_bars(console) as progress:
+        bar = progress.add_task("distilling", total=settings.iterations, completed=0)
+        observe = BarsByName(progress).update
+        training = Distillation(scenes, settings, out, teacher=policy, encoder=source, threads=threads, observe=observe)
+        progress.update(bar, completed=training.standing.iteration)
+        with closing(training.run()) as reports:
+            for report in _until(reports, max_minutes):
+                progress.update(bar, completed=report.iteration, description=_describe(report))
+                if report.validation is not None:
+                    progress.console.print(_describe_look(report), highlight=False)
+    made = training.standing.iteration
+    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
+
+
+def _find_preset(name: str) -> DistillationSettings:
+    if name not in PRESETS:
+        raise UnknownNameError("preset", name, PRESETS)
+    return PRESETS[name]
+
+
+def _open_student_encoder(choice: str, seed: int) -> EncoderSource:
+    source = open_encoder(choice, seed)
+    if source is None:
+        raise InvalidValueError("a student sees points; give --encoder dapl or the .pt of a world model or policy")
+    return source
+
+
+def _until(reports: Iterator[DistillationReport], max_minutes: float | None) -> Iterator[DistillationReport]:
+    """The reports that come in time."""
+    start = time.monotonic()
+    for report in reports:
+        yield report
+        if max_minutes is not None and time.monotonic() - start >= 60 * max_minutes:
+            return
+
+
+def _describe(report: DistillationReport) -> str:
+    return f"distilling: action loss {report.losses.action:.4f}"
+
+
+def _describe_look(report: DistillationReport) -> str:
+    look = report.validation
+    assert look is not None
+    return (
+        f"iteration {report.iteration}, {report.environment_steps:,} steps, {report.seconds / 60:.1f} min: "
+        f"{look.success_rate:.1%} of {look.episodes} validation episodes succeed"
+    )

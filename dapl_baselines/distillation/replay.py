@@ -1,0 +1,92 @@
+"""The last observations with what the teacher said of them, in files: more than memory should hold or a state repeat.
+
+The rows are written before the training's state is. A training that is killed in between makes the same rows again in
+the same places, so nothing is lost and nothing is kept twice.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from clutter6d.errors import InvalidFileError, StorageError
+
+_DTYPES: Final = {torch.float32: np.dtype("<f4"), torch.float16: np.dtype("<f2")}
+
+
+class Replay:
+    """A ring of rows: the newest take the place of the oldest.
+
+    Args:
+        folder: Where its files are, one for each field.
+        like: One batch of rows, for the fields' sizes and types.
+        rows: How many are kept.
+
+    Attributes:
+        count: Rows ever added.
+
+    Raises:
+        InvalidFileError: A file in the folder is damaged or of another training.
+        StorageError: The disk is full, or the folder cannot be written.
+    """
+
+    def __init__(self, folder: Path, like: Mapping[str, Tensor], rows: int) -> None:
+        self.count, self._rows = 0, rows
+        self._fields = {
+            name: _open(folder / f"{name}.npy", (rows, *batch.shape[1:]), _DTYPES[batch.dtype])
+            for name, batch in like.items()
+        }
+
+    def __len__(self) -> int:
+        """Rows there are."""
+        return min(self.count, self._rows)
+
+    def add(self, batch: Mapping[str, Tensor]) -> None:
+        """Add rows; all fields have as many."""
+        added = len(next(iter(batch.values())))
+        places = np.arange(self.count, self.count + added) % self._rows
+        for name, values in batch.items():
+            self._fields[name][places] = values.numpy()
+        self.count += added
+
+    def take(self, indices: np.ndarray) -> dict[str, Tensor]:
+        """Some rows, a copy.
+
+        Args:
+            indices: Places in the ring, below ``len``.
+        """
+        return {name: torch.from_numpy(np.asarray(field[indices])) for name, field in self._fields.items()}
+
+    def flush(self) -> None:
+        """Bring the rows to the disk, which only a loss of power needs; a kill does not."""
+        for field in self._fields.values():
+            field.flush()
+
+
+def _open(path: Path, shape: tuple[int, ...], dtype: np.dtype) -> np.memmap:
+    if not path.is_file():
+        _allocate(path, shape, dtype)
+    try:
+        field = np.load(path, mmap_mode="r+", allow_pickle=False)
+    except (ValueError, OSError, EOFError) as error:
+        raise InvalidFileError(path, f"not rows of a distillation: {error}") from None
+    if not isinstance(field, np.memmap) or field.shape != shape or field.dtype != dtype:
+        raise InvalidFileError(
+            path, f"not the rows of this distillation, which are {dtype}{shape}; choose another --out"
+        )
+    return field
+
+
+def _allocate(path: Path, shape: tuple[int, ...], dtype: np.dtype) -> None:
+    """An empty file with all its bytes, so that no disk is full while rows are written."""
+    unfinished = path.with_suffix(".new.npy")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.save(unfinished, np.zeros(shape, dtype=dtype))
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise StorageError(f"cannot write {path}: {error.strerror}; nothing earlier was changed") from None

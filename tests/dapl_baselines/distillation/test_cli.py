@@ -1,0 +1,46 @@
+import pytest
+
+from clutter6d.cli import run
+from dapl_baselines.checkpoint import write_checkpoint
+from dapl_baselines.cli import PROGRAM
+from tests.dapl_baselines.policy.networks import WITH_POINTS, make_network
+from tests.scene_fixtures import write_box_scene_set
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_box_scene_set(tmp_path / "scenes", 2)
+    return tmp_path
+
+
+def distill(folder, *options: str) -> int:
+    fixed = ["--split", str(folder / "scenes"), "--out", str(folder / "run"), "--envs", "1", "--threads", "1"]
+    return run(["distill", *fixed, *options], PROGRAM)
+
+
+@pytest.mark.slow
+def test_it_distils_and_stops_in_time_and_goes_on(folder, capsys):
+    path = folder / "encoder.pt"
+    write_checkpoint(path, architecture="policy-network", config=WITH_POINTS, module=make_network(WITH_POINTS))
+    for made in (1, 2):
+        assert distill(folder, "--teacher", "zero", "--encoder", str(path), "--max-minutes", "0") == 0
+        assert f"{made} of 1000 iterations are made" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--teacher", "zero", "--encoder", "none"), "a student sees points"),
+        (("--teacher", "zeor", "--encoder", "dapl"), "did you mean 'zero'?"),
+        (("--teacher", "zero", "--encoder", "missing.pt"), "checkpoint not found"),
+        (("--teacher", "zero", "--encoder", "dapl", "--preset", "labtop"), "did you mean 'laptop'?"),
+        (("--teacher", "zero", "--encoder", "dapl", "--split", "sparse-test"), "scenes of sparse-test"),
+        (("--encoder", "dapl"), "--teacher"),
+    ],
+)
+def test_a_mistake_is_one_line_and_leaves_nothing(folder, capsys, options, said):
+    assert distill(folder, *options) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not (folder / "run").exists()

@@ -1,0 +1,39 @@
+import numpy as np
+import pytest
+import torch
+
+from clutter6d.errors import InvalidFileError
+from dapl_baselines.distillation.replay import Replay
+
+
+def batch(*numbers: float) -> dict[str, torch.Tensor]:
+    values = torch.tensor(numbers, dtype=torch.float32)[:, None]
+    return {"state": values.repeat(1, 2), "stored": values.half()}
+
+
+def test_the_newest_rows_take_the_place_of_the_oldest(tmp_path):
+    replay = Replay(tmp_path, batch(0), 5)
+    for first in (0, 3, 6):
+        replay.add(batch(first, first + 1, first + 2))
+    assert (len(replay), replay.count) == (5, 9)
+    rows = replay.take(np.arange(5))
+    assert sorted(rows["state"][:, 0].tolist()) == [4, 5, 6, 7, 8]
+    assert torch.equal(rows["state"][:, :1], rows["stored"].float())
+
+
+def test_rows_outlive_the_process_and_are_made_again_in_their_places(tmp_path):
+    Replay(tmp_path, batch(0), 4).add(batch(1, 2, 3))
+    again = Replay(tmp_path, batch(0), 4)
+    again.count = 2
+    again.add(batch(7))
+    assert again.take(np.arange(3))["state"][:, 0].tolist() == [1, 2, 7]
+
+
+@pytest.mark.parametrize("content", [b"", b"no rows", None])
+def test_files_of_something_else_are_refused(tmp_path, content):
+    if content is None:
+        Replay(tmp_path, batch(0), 4)
+    else:
+        (tmp_path / "state.npy").write_bytes(content)
+    with pytest.raises(InvalidFileError, match=r"state\.npy"):
+        Replay(tmp_path, batch(0), 5)
