@@ -19,7 +19,7 @@ _COMMANDS: Final = {
 
 PROGRAM = Program(
     name="dapl",
-    summary="Dynamics-aware policy learning: world model, policy, curriculum, distillation.",
+    summary="Dynamics-aware policy learning: world model, policy, distillation.",
     summaries={name: summary for name, (_, summary) in _COMMANDS.items()},
     find_commands=lambda: tuple(EntryPoint(name, value, "dapl.commands") for name, (value, _) in _COMMANDS.items()),
     group_summaries={"train": "Train a world model or a policy; every training goes on where it was stopped."},
