@@ -1,7 +1,5 @@
 """The command ``dapl distill``."""
 
-import time
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +17,7 @@ from dapl_baselines.distillation.settings import PRESETS, DistillationSettings
 from dapl_baselines.distillation.training import Distillation
 from dapl_baselines.policy.encoder_source import EncoderSource, open_encoder
 from dapl_baselines.preset_choices import with_choices
+from dapl_baselines.training_report import until
 from dapl_baselines.validation import open_training_scenes
 
 
@@ -79,10 +78,10 @@ def distill(
         training = Distillation(scenes, settings, out, teacher=policy, encoder=source, threads=threads, observe=observe)
         progress.update(bar, completed=training.standing.iteration)
         with closing(training.run()) as reports:
-            for report in _until(reports, max_minutes):
+            for report in until(reports, max_minutes):
                 progress.update(bar, completed=report.iteration, description=_describe(report))
                 if report.validation is not None:
-                    progress.console.print(_describe_look(report), highlight=False)
+                    progress.console.print(report.describe_look(), highlight=False)
     made = training.standing.iteration
     console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
 
@@ -100,23 +99,5 @@ def _open_student_encoder(choice: str, seed: int) -> EncoderSource:
     return source
 
 
-def _until(reports: Iterator[DistillationReport], max_minutes: float | None) -> Iterator[DistillationReport]:
-    """The reports that come in time."""
-    start = time.monotonic()
-    for report in reports:
-        yield report
-        if max_minutes is not None and time.monotonic() - start >= 60 * max_minutes:
-            return
-
-
 def _describe(report: DistillationReport) -> str:
     return f"distilling: action loss {report.losses.action:.4f}"
-
-
-def _describe_look(report: DistillationReport) -> str:
-    look = report.validation
-    assert look is not None
-    return (
-        f"iteration {report.iteration}, {report.environment_steps:,} steps, {report.seconds / 60:.1f} min: "
-        f"{look.success_rate:.1%} of {look.episodes} validation episodes succeed"
-    )

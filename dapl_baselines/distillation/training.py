@@ -36,8 +36,8 @@ from dapl_baselines.distillation.teacher import Teacher
 from dapl_baselines.distillation.training_state import read_state, write_state
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.training import ARCHITECTURE
-from dapl_baselines.policy.training_state import Standing
 from dapl_baselines.run_folder import claim
+from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ValidationResult, ignore, run_validation
 

@@ -1,12 +1,14 @@
 """The state of a distillation between two iterations, as plain values and tensors for one file."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
 from clutter6d.errors import Clutter6DError, InvalidFileError
 from dapl_baselines.distillation.dagger import Dagger
-from dapl_baselines.policy.training_state import Standing, pack_snapshot, unpack_snapshot
+from dapl_baselines.policy.training_state import pack_snapshot, unpack_snapshot
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.training_report import Standing
 
 FORMAT: Final = "clutter6d-distillation-1"
 _DAMAGED: Final = "not the state of this distillation; give another --out, or delete the folder to begin anew"
@@ -23,9 +25,7 @@ def write_state(path: Path, standing: Standing, dagger: Dagger) -> None:
     dagger.replay.flush()
     state: dict[str, object] = {
         "format": FORMAT,
-        "iteration": standing.iteration,
-        "seconds": standing.seconds,
-        "best_success": standing.best_success,
+        **asdict(standing),
         "student": dagger.student.state_dict(),
         "replay_count": dagger.replay.count,
         "running": dagger.env.tally.running,
@@ -48,11 +48,7 @@ def read_state(path: Path, dagger: Dagger) -> Standing:
         dagger.env.restore(unpack_snapshot(state["environments"]))
         dagger.env.tally.running.copy_(state["running"])
         dagger.replay.count = int(state["replay_count"])
-        return Standing(
-            iteration=int(state["iteration"]),
-            seconds=float(state["seconds"]),
-            best_success=float(state["best_success"]),
-        )
+        return Standing.of_state(state)
     except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, IndexError, Clutter6DError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InvalidFileError(path, f"{_DAMAGED} ({type(error).__name__}: {reason})") from None

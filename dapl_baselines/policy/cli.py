@@ -1,7 +1,5 @@
 """The command ``dapl train policy``."""
 
-import time
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +17,7 @@ from dapl_baselines.policy.iteration_report import IterationReport
 from dapl_baselines.policy.settings import PRESETS, TrainingSettings
 from dapl_baselines.policy.training import PolicyTraining
 from dapl_baselines.preset_choices import with_choices
+from dapl_baselines.training_report import until
 from dapl_baselines.validation import TrainingScenes, open_training_scenes
 
 
@@ -72,10 +71,10 @@ def train_policy(
         )
         progress.update(bar, completed=training.standing.iteration)
         with closing(training.run()) as reports:
-            for report in _until(reports, max_minutes):
+            for report in until(reports, max_minutes):
                 progress.update(bar, completed=report.iteration, description=_describe(report))
                 if report.validation is not None:
-                    progress.console.print(_describe_look(report), highlight=False)
+                    progress.console.print(report.describe_look(), highlight=False)
     made = training.standing.iteration
     console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
 
@@ -99,26 +98,8 @@ def _with_state(
     return settings.model_copy(update={"network": network})
 
 
-def _until(reports: Iterator[IterationReport], max_minutes: float | None) -> Iterator[IterationReport]:
-    """The reports that come in time."""
-    start = time.monotonic()
-    for report in reports:
-        yield report
-        if max_minutes is not None and time.monotonic() - start >= 60 * max_minutes:
-            return
-
-
 def _describe(report: IterationReport) -> str:
     episodes = report.episodes
     if not episodes.episodes:
         return "training"
     return f"training: return {episodes.episode_return:.1f}, {episodes.success_rate:.1%} success"
-
-
-def _describe_look(report: IterationReport) -> str:
-    look = report.validation
-    assert look is not None
-    return (
-        f"iteration {report.iteration}, {report.environment_steps:,} steps, {report.seconds / 60:.1f} min: "
-        f"{look.success_rate:.1%} of {look.episodes} validation episodes succeed"
-    )

@@ -2,32 +2,21 @@
 
 from dataclasses import asdict, dataclass
 
-from dapl_baselines.policy.episode_tally import EpisodeMeans
 from dapl_baselines.policy.rsl_runner import UpdateReport
-from dapl_baselines.validation_run import ValidationResult
+from dapl_baselines.training_report import TrainingReport
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class IterationReport:
+class IterationReport(TrainingReport):
     """One rollout and the update from it.
 
     Attributes:
-        iteration: Its number, from 1.
-        environment_steps: Control steps of all environments since the beginning.
-        seconds: Time of rollouts and updates since the beginning.
         action_scale_rad: The action scale at its end.
-        episodes: The episodes that ended in it.
         update: What PPO tells.
-        validation: The look at the validation scenes, if there was one.
     """
 
-    iteration: int
-    environment_steps: int
-    seconds: float
     action_scale_rad: float
-    episodes: EpisodeMeans
     update: UpdateReport
-    validation: ValidationResult | None
 
     def curve_row(self) -> dict[str, float]:
         """Its row in ``training.csv``; columns that begin with ``timing_`` are the only ones that may differ."""
@@ -43,14 +32,4 @@ class IterationReport:
             "timing_seconds": self.seconds,
             "timing_collect_seconds": update.collect_seconds,
             "timing_learn_seconds": update.learn_seconds,
-        }
-
-    def validation_row(self) -> dict[str, float]:
-        """Its row in ``validation.csv``; empty without a look."""
-        if self.validation is None:
-            return {}
-        return {
-            "environment_steps": self.environment_steps,
-            **asdict(self.validation),
-            "timing_seconds": self.seconds,
         }

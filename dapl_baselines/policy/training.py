@@ -27,8 +27,9 @@ from dapl_baselines.policy.rollout_env import make_rollout_env
 from dapl_baselines.policy.rsl_runner import Rank, make_runner
 from dapl_baselines.policy.run_record import RunRecord, claim_folder
 from dapl_baselines.policy.settings import TrainingSettings
-from dapl_baselines.policy.training_state import Standing, copy_training_state, read_training_state
+from dapl_baselines.policy.training_state import copy_training_state, read_training_state
 from dapl_baselines.tensor_file import write_tensor_file
+from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ValidationResult, ignore, run_validation
 

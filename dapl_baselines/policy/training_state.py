@@ -1,7 +1,7 @@
 """The state of a policy training between two iterations, as plain values and tensors for one file."""
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,24 +14,10 @@ from clutter6d.errors import Clutter6DError, InvalidFileError
 from dapl_baselines.policy.rollout_env import RolloutEnv
 from dapl_baselines.policy.rsl_runner import RslRunner
 from dapl_baselines.tensor_file import read_tensor_file
+from dapl_baselines.training_report import Standing
 
 FORMAT: Final = "clutter6d-policy-training-1"
 _DAMAGED = "not the state of this training; give another --out, or delete the folder to begin anew"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Standing:
-    """How far a training is.
-
-    Attributes:
-        iteration: Iterations made.
-        seconds: Time they took.
-        best_success: Best success rate on the validation scenes; -1 before the first look.
-    """
-
-    iteration: int = 0
-    seconds: float = 0.0
-    best_success: float = -1.0
 
 
 def copy_training_state(standing: Standing, runner: RslRunner, env: RolloutEnv) -> dict[str, object]:
@@ -42,9 +28,7 @@ def copy_training_state(standing: Standing, runner: RslRunner, env: RolloutEnv) 
     """
     state: dict[str, object] = {
         "format": FORMAT,
-        "iteration": standing.iteration,
-        "seconds": standing.seconds,
-        "best_success": standing.best_success,
+        **asdict(standing),
         "algorithm": deepcopy(runner.alg.save()),
         "random": torch.get_rng_state(),
     }
@@ -68,11 +52,7 @@ def read_training_state(path: Path, runner: RslRunner, env: RolloutEnv) -> Stand
             env.restore(unpack_snapshot(state["environments"]))
             env.tally.running.copy_(state["running"])
         torch.set_rng_state(state["random"])
-        standing = Standing(
-            iteration=int(state["iteration"]),
-            seconds=float(state["seconds"]),
-            best_success=float(state["best_success"]),
-        )
+        standing = Standing.of_state(state)
     except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, IndexError, Clutter6DError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InvalidFileError(path, f"{_DAMAGED} ({type(error).__name__}: {reason})") from None
