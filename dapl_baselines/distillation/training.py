@@ -21,9 +21,9 @@ from typing import Final, Literal, cast
 
 from torch import nn
 
-from clutter6d.eval.policy import Policy, PolicyOptions
-from clutter6d.schema import FileModel, write_bytes
-from dapl_baselines.checkpoint import TrainingRecord, load_checkpoint_policy, write_checkpoint
+from clutter6d.eval.policy import Policy
+from clutter6d.schema import FileModel
+from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.distillation.dagger import Dagger, make_rows
@@ -34,14 +34,15 @@ from dapl_baselines.distillation.student import Student
 from dapl_baselines.distillation.student_env import StudentEnv
 from dapl_baselines.distillation.teacher import Teacher
 from dapl_baselines.distillation.training_state import read_state, write_state
+from dapl_baselines.look import POLICY_FILE, look_at
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.training import ARCHITECTURE
 from dapl_baselines.run_folder import claim
 from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes
-from dapl_baselines.validation_run import Observer, ValidationResult, ignore, run_validation
+from dapl_baselines.validation_run import Observer, ValidationResult, ignore
 
-RUN_FILE, STATE_FILE, POLICY_FILE, BEST_FILE, REPLAY_FOLDER = "run.json", "state.pt", "policy.pt", "best.pt", "replay"
+RUN_FILE, STATE_FILE, REPLAY_FOLDER = "run.json", "state.pt", "replay"
 WHAT: Final = "distillation"
 
 
@@ -156,18 +157,17 @@ class Distillation:
 
     def _look(self) -> ValidationResult:
         """Write the student, and see how it does as it was written, on what is there to be seen without errors."""
-        path = self._out / POLICY_FILE
-        self._write_student(path)
-        result = run_validation(
-            load_checkpoint_policy(path, PolicyOptions()),
+        self._write_student(self._out / POLICY_FILE)
+        result = look_at(
+            self._out,
             self._scenes.validation,
+            best_success=self.standing.best_success,
             max_steps=self.settings.max_steps,
             threads=self._threads,
             observe=self._observe,
         )
-        if result.success_rate > self.standing.best_success:
-            write_bytes(self._out / BEST_FILE, path.read_bytes())
-            self.standing = replace(self.standing, best_success=result.success_rate)
+        best = max(self.standing.best_success, result.success_rate)
+        self.standing = replace(self.standing, best_success=best)
         return result
 
     def _write_student(self, path: Path) -> None:

@@ -15,11 +15,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, cast
 
-from clutter6d.eval.policy import PolicyOptions
-from clutter6d.schema import write_bytes
-from dapl_baselines.checkpoint import TrainingRecord, load_checkpoint_policy, write_checkpoint
+from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
+from dapl_baselines.look import POLICY_FILE, look_at
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.iteration_report import IterationReport
 from dapl_baselines.policy.ppo import UnifiedPPO, assemble
@@ -31,10 +30,10 @@ from dapl_baselines.policy.training_state import copy_training_state, read_train
 from dapl_baselines.tensor_file import write_tensor_file
 from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes
-from dapl_baselines.validation_run import Observer, ValidationResult, ignore, run_validation
+from dapl_baselines.validation_run import Observer, ValidationResult, ignore
 
 ARCHITECTURE: Final = "policy-network"
-STATE_FILE, POLICY_FILE, BEST_FILE = "state.pt", "policy.pt", "best.pt"
+STATE_FILE: Final = "state.pt"
 SAVE_SECONDS: Final = 30.0
 """Time between two states on disk: what a kill costs at most, beside a look that was under way."""
 
@@ -141,18 +140,17 @@ class PolicyTraining:
 
     def _look(self) -> ValidationResult:
         """Write the policy, and see how it does as it was written."""
-        path = self._out / POLICY_FILE
-        self._write_policy(path)
-        result = run_validation(
-            load_checkpoint_policy(path, PolicyOptions()),
+        self._write_policy(self._out / POLICY_FILE)
+        result = look_at(
+            self._out,
             self._scenes.validation,
+            best_success=self.standing.best_success,
             max_steps=self.settings.max_steps,
             threads=self._threads,
             observe=self._observe,
         )
-        if result.success_rate > self.standing.best_success:
-            write_bytes(self._out / BEST_FILE, path.read_bytes())
-            self.standing = replace(self.standing, best_success=result.success_rate)
+        best = max(self.standing.best_success, result.success_rate)
+        self.standing = replace(self.standing, best_success=best)
         return result
 
     def _write_policy(self, path: Path) -> None:
