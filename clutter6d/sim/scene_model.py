@@ -108,6 +108,20 @@ def joint_state(
     return np.concatenate([arm, flat], axis=-1)
 
 
+def motion_in_states(
+    states: Float64[np.ndarray, "*n state"], object_count: int
+) -> tuple[Float64[np.ndarray, "*n qpos"], Float64[np.ndarray, "*n qvel"]]:
+    """``qpos`` and ``qvel`` in full integration states, which begin with the time; views.
+
+    Args:
+        states: Rows laid out as ``SceneBatch.states``.
+        object_count: Placed objects of the scenes.
+    """
+    velocities_at = 1 + ARM_DOF + 7 * object_count
+    end = velocities_at + ARM_DOF + 6 * object_count
+    return states[..., 1:velocities_at], states[..., velocities_at:end]
+
+
 def _node_budget(object_count: int) -> int:
     """Bounding-volume nodes that any scene of so many objects stays under: 2n - 1 for n faces, hulls have 2v - 4."""
     per_part = 2 * (2 * MAX_PART_VERTICES - 4) - 1

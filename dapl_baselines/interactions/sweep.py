@@ -19,7 +19,7 @@ from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput, PolicyOptions, identity_hash
 from clutter6d.geometry import quat_from_yaw, quat_multiply
 from clutter6d.seeding import generator
-from clutter6d.sim.scene_model import ARM_DOF
+from clutter6d.sim.scene_model import ARM_DOF, motion_in_states
 from dapl_baselines.planners.config import PushConfig
 from dapl_baselines.planners.contact_points import ContactPoints, sample_contact_points
 from dapl_baselines.planners.pushes import Pushes, draw_pushes
@@ -95,8 +95,7 @@ class SweepPolicy:
         """
         if inputs.states is None:
             raise InvalidValueError("the sweep is privileged: it needs the simulation's states in its input")
-        # A full state begins with the time; then come the joint positions.
-        qpos = inputs.states[:, 1 : 1 + inputs.episodes[0].scene_model.model.nq]
+        qpos, _ = motion_in_states(inputs.states, inputs.episodes[0].scene_model.object_count)
         drives = [self._drive(inputs, row, qpos[row]) for row in range(len(qpos))]
         pushes = _joined([drive.push for drive in drives])
         noise = np.stack([drive.noise_rad * _noise(inputs, row) for row, drive in enumerate(drives)])

@@ -8,7 +8,6 @@ import dataclasses
 import logging
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 from jaxtyping import Float32, Float64, Int
 
@@ -16,7 +15,7 @@ from clutter6d.envs.termination import MAX_CONTROL_STEPS, goal_errors
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput, PolicyOptions, identity_hash
 from clutter6d.seeding import generator
-from clutter6d.sim.scene_model import ARM_DOF, SceneModel
+from clutter6d.sim.scene_model import ARM_DOF, SceneModel, motion_in_states
 from dapl_baselines.planners.config import PlannerConfig
 from dapl_baselines.planners.rollouts import RolloutSimulator
 from dapl_baselines.planners.search import Plan, search
@@ -92,21 +91,13 @@ def is_on_course(
     """Whether a state is near enough to a predicted one for the rest of its plan to hold."""
     if np.array_equal(predicted, actual):
         return True
-    expected, found = (joint_positions(scene_model, state) for state in (predicted, actual))
+    expected, found = (motion_in_states(state, scene_model.object_count)[0] for state in (predicted, actual))
     errors = goal_errors(expected[ARM_DOF:].reshape(-1, 7), found[ARM_DOF:].reshape(-1, 7))
     return bool(
         (errors.position_m < config.follow_position_m).all()
         and (errors.rotation_rad < config.follow_angle_rad).all()
         and (np.abs(expected[:ARM_DOF] - found[:ARM_DOF]) < config.follow_angle_rad).all()
     )
-
-
-def joint_positions(scene_model: SceneModel, state: Float64[np.ndarray, "state"]) -> Float64[np.ndarray, "qpos"]:
-    """The ``qpos`` part of a full state row."""
-    qpos = np.zeros(scene_model.model.nq)
-    whole, part = mujoco.mjtState.mjSTATE_INTEGRATION, mujoco.mjtState.mjSTATE_QPOS
-    mujoco.mj_extractState(scene_model.model, state, int(whole), qpos, int(part))
-    return qpos
 
 
 class PredictiveSamplingPolicy:

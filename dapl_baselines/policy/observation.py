@@ -11,12 +11,10 @@ import torch
 from jaxtyping import Float32, Float64
 from torch import Tensor
 
-from clutter6d.sim.scene_model import ARM_DOF, SceneModel
+from clutter6d.sim.scene_model import ARM_DOF, SceneModel, motion_in_states
 from dapl_baselines.policy.config import StatePart
 
 CLOUD_PARTS: Final = ("object_points", "environment_points", "end_effector_points")
-_TIME: Final = 1
-"""An integration state begins with the time; then come ``qpos`` and ``qvel``."""
 
 
 def state_vector(observation: Mapping[str, Any], parts: Sequence[StatePart]) -> Float32[Tensor, "row state"]:
@@ -39,9 +37,8 @@ def object_states(
         scenes: The scene of each row, all with as many objects.
     """
     count = scenes[0].object_count
-    poses_at = _TIME + ARM_DOF
-    velocities_at = poses_at + 7 * count + ARM_DOF
-    poses = states[:, poses_at : poses_at + 7 * count].reshape(-1, count, 7)
-    velocities = states[:, velocities_at : velocities_at + 6 * count].reshape(-1, count, 6)
+    qpos, qvel = motion_in_states(states, count)
+    poses = qpos[:, ARM_DOF:].reshape(-1, count, 7)
+    velocities = qvel[:, ARM_DOF:].reshape(-1, count, 6)
     physics = [np.stack([scene.object_masses_kg(), scene.object_frictions()], axis=1) for scene in scenes]
     return np.concatenate([poses, velocities, np.stack(physics)], axis=2).astype(np.float32)

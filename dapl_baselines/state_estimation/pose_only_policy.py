@@ -12,12 +12,11 @@ from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, Policy, PolicyInput, identity_hash
 from clutter6d.geometry import quat_multiply
 from clutter6d.seeding import generator
-from clutter6d.sim.scene_model import ARM_DOF
+from clutter6d.sim.scene_model import ARM_DOF, motion_in_states
 from dapl_baselines.state_estimation.pose_filter import PoseFilterConfig
 from dapl_baselines.state_estimation.pose_observer import PoseObserver
 from dapl_baselines.state_estimation.rotation_vectors import quat_from_rotation_vector
 
-_POSES_AT = 1 + ARM_DOF
 """A state row begins with the time and the arm's joint angles; the objects' poses follow."""
 
 
@@ -82,8 +81,8 @@ class PoseOnlyPolicy:
         assert inputs.observation is not None
         assert inputs.states is not None
         episode, step = inputs.episodes[row], int(inputs.steps[row])
-        count = episode.scene_model.object_count
-        poses = inputs.states[row, _POSES_AT : _POSES_AT + 7 * count].reshape(count, 7)
+        qpos, _ = motion_in_states(inputs.states[row], episode.scene_model.object_count)
+        poses = qpos[ARM_DOF:].reshape(-1, 7)
         rng = generator(episode.seed, "pose estimator", episode.scene.scene_id, episode.pair_index, step)
         joints = inputs.observation["joint_state"][row].astype(np.float64)
         return self._observers[int(inputs.slots[row])].observe(

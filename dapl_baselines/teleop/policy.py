@@ -12,7 +12,7 @@ from clutter6d.envs.termination import MAX_CONTROL_STEPS, goal_errors
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput, identity_hash
 from clutter6d.play.live_view import LiveView
-from clutter6d.sim.scene_model import ARM_DOF
+from clutter6d.sim.scene_model import ARM_DOF, motion_in_states
 from dapl_baselines.teleop.device import TeleopDevice
 from dapl_baselines.teleop.draft import Draft, draft_path
 from dapl_baselines.teleop.motion import MotionConfig
@@ -96,7 +96,7 @@ class TeleopPolicy:
         assert self._draft is not None
         assert inputs.states is not None
         (episode,), step = inputs.episodes, int(inputs.steps[0])
-        qpos = inputs.states[0, 1 : 1 + episode.scene_model.model.nq]
+        qpos, _ = motion_in_states(inputs.states[0], episode.scene_model.object_count)
         if self._view is not None:
             self._view.update(qpos)
         if step == len(self._draft):

@@ -8,7 +8,7 @@ import pytest
 
 from clutter6d.errors import InvalidValueError
 from clutter6d.sim.batch import SceneBatch
-from clutter6d.sim.scene_model import build_scene_spec, compile_scene, joint_state
+from clutter6d.sim.scene_model import build_scene_spec, compile_scene, joint_state, motion_in_states
 from tests.scene_fixtures import make_box_asset, make_box_scene
 
 LAYOUT = ("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "nsite", "nbvh", "narena", "nmocap", "ntree")
@@ -50,6 +50,18 @@ def test_qpos_is_the_arm_and_then_the_objects_in_order() -> None:
     data.qpos[:] = qpos
     mujoco.mj_kinematics(model.model, data)
     np.testing.assert_allclose(data.xpos[model.object_body_ids()], scene.goal_pairs[0].object_poses[:, :3])
+
+
+def test_positions_and_velocities_in_a_state_are_those_that_the_engine_takes_from_it() -> None:
+    _, scene = make_box_scene()
+    whole = mujoco.mjtState.mjSTATE_INTEGRATION
+    states = np.arange(2.0 * mujoco.mj_stateSize(scene.model, int(whole))).reshape(2, -1)
+    found = motion_in_states(states, scene.object_count)
+    for values, part in zip(found, (mujoco.mjtState.mjSTATE_QPOS, mujoco.mjtState.mjSTATE_QVEL), strict=True):
+        for row, state in zip(values, states, strict=True):
+            expected = np.zeros(mujoco.mj_stateSize(scene.model, int(part)))
+            mujoco.mj_extractState(scene.model, state, int(whole), expected, int(part))
+            np.testing.assert_array_equal(row, expected)
 
 
 def test_a_batch_of_different_scenes_equals_each_scene_alone_on_any_number_of_threads() -> None:
