@@ -1,13 +1,25 @@
 """Presets, and what a user chose instead of some of their values."""
 
+from collections.abc import Mapping
 from typing import TypeVar
 
 from pydantic import ValidationError
 
-from clutter6d.errors import InvalidValueError
+from clutter6d.errors import InvalidValueError, UnknownNameError
 from clutter6d.schema import FileModel
 
 Settings = TypeVar("Settings", bound=FileModel)
+
+
+def find_preset(presets: Mapping[str, Settings], name: str) -> Settings:
+    """The settings of a name.
+
+    Raises:
+        UnknownNameError: There are none.
+    """
+    if name not in presets:
+        raise UnknownNameError("preset", name, presets)
+    return presets[name]
 
 
 def with_choices(preset: Settings, **chosen: object) -> Settings:

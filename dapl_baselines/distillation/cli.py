@@ -7,16 +7,16 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from clutter6d.errors import InvalidValueError, UnknownNameError
+from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.eval.policy_loading import load_policy
 from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import Precision
 from dapl_baselines.distillation.iteration_report import DistillationReport
-from dapl_baselines.distillation.settings import PRESETS, DistillationSettings
+from dapl_baselines.distillation.settings import PRESETS
 from dapl_baselines.distillation.training import Distillation
 from dapl_baselines.policy.encoder_source import EncoderSource, open_encoder
-from dapl_baselines.preset_choices import with_choices
+from dapl_baselines.preset_choices import find_preset, with_choices
 from dapl_baselines.training_report import until
 from dapl_baselines.validation import open_training_scenes
 
@@ -58,7 +58,7 @@ def distill(
 ) -> None:
     """Distil a teacher into a policy that sees points alone; killed at any time, the same command goes on."""
     settings = with_choices(
-        _find_preset(preset),
+        find_preset(PRESETS, preset),
         envs=envs,
         iterations=iterations,
         teacher_iterations=teacher_iterations,
@@ -84,12 +84,6 @@ def distill(
                     progress.console.print(report.describe_look(), highlight=False)
     made = training.standing.iteration
     console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
-
-
-def _find_preset(name: str) -> DistillationSettings:
-    if name not in PRESETS:
-        raise UnknownNameError("preset", name, PRESETS)
-    return PRESETS[name]
 
 
 def _open_student_encoder(choice: str, seed: int) -> EncoderSource:

@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from clutter6d.errors import UnknownNameError
 from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import Precision
 from dapl_baselines.devices import find_device
@@ -16,7 +15,7 @@ from dapl_baselines.policy.encoder_source import open_encoder
 from dapl_baselines.policy.iteration_report import IterationReport
 from dapl_baselines.policy.settings import PRESETS, TrainingSettings
 from dapl_baselines.policy.training import PolicyTraining
-from dapl_baselines.preset_choices import with_choices
+from dapl_baselines.preset_choices import find_preset, with_choices
 from dapl_baselines.training_report import until
 from dapl_baselines.validation import TrainingScenes, open_training_scenes
 
@@ -58,7 +57,7 @@ def train_policy(
     find_device(device)
     scenes, source = open_training_scenes(split), open_encoder(encoder, seed)
     settings = with_choices(
-        _find_preset(preset), envs=envs, iterations=iterations, seed=seed, stored_precision=precision
+        find_preset(PRESETS, preset), envs=envs, iterations=iterations, seed=seed, stored_precision=precision
     )
     settings = _with_state(settings, scenes, has_physics=physics, has_objects=objects)
     out = out or Path("trainings") / f"policy-{Path(encoder).stem}-{preset}"
@@ -77,12 +76,6 @@ def train_policy(
                     progress.console.print(report.describe_look(), highlight=False)
     made = training.standing.iteration
     console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
-
-
-def _find_preset(name: str) -> TrainingSettings:
-    if name not in PRESETS:
-        raise UnknownNameError("preset", name, PRESETS)
-    return PRESETS[name]
 
 
 def _with_state(
