@@ -145,11 +145,10 @@ def rotation_6d(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 6"]:
     return namespace(quat).concat([matrix[..., :, 0], matrix[..., :, 1]], axis=-1)
 
 
-def relative_pose(reference: Float[Array, "*#n 7"], pose: Float[Array, "*#n 7"]) -> Float[Array, "*n 7"]:
-    """``pose`` expressed in the frame of ``reference``."""
-    inverse = quat_conjugate(reference[..., 3:])
-    position = rotate(inverse, pose[..., :3] - reference[..., :3])
-    return namespace(pose).concat([position, quat_multiply(inverse, pose[..., 3:])], axis=-1)
+def motion_between(start: Float[Array, "*#n 7"], end: Float[Array, "*#n 7"]) -> Float[Array, "*n 7"]:
+    """How a body moves from one pose to another, in world axes: its origin's displacement, and the turn about it."""
+    turn = quat_multiply(end[..., 3:], quat_conjugate(start[..., 3:]))
+    return namespace(end).concat([end[..., :3] - start[..., :3], turn], axis=-1)
 
 
 def is_unit(quat: Float[Array, "*n 4"], tolerance: float = 1e-6) -> Bool[Array, "*n"]:

@@ -10,6 +10,7 @@ from clutter6d import geometry
 from clutter6d.geometry import (
     Pose,
     is_unit,
+    motion_between,
     quat_conjugate,
     quat_from_axis_angle,
     quat_from_matrix,
@@ -17,7 +18,6 @@ from clutter6d.geometry import (
     quat_multiply,
     quat_normalize,
     quat_to_matrix,
-    relative_pose,
     rotate,
     rotation_6d,
     rotation_error_rad,
@@ -131,15 +131,15 @@ def test_six_numbers_hold_the_first_two_columns(seed: int) -> None:
 
 
 @given(seeds)
-def test_relative_pose_takes_points_from_one_frame_to_the_other(seed: int) -> None:
-    reference, pose = random_poses(seed, 5), random_poses(seed + 1, 5)
+def test_a_motion_takes_a_bodys_points_from_one_pose_to_the_other(seed: int) -> None:
+    start, end = random_poses(seed, 5), random_poses(seed + 1, 5)
     points = generator(seed, "points").normal(size=(5, 7, 3))
-    between = relative_pose(reference, pose)
-    np.testing.assert_allclose(
-        transform_points(reference, transform_points(between, points)), transform_points(pose, points), atol=1e-12
-    )
-    at_itself = relative_pose(pose, pose)
-    np.testing.assert_allclose(at_itself, np.tile([0, 0, 0, 1, 0, 0, 0], (5, 1)), atol=1e-12)
+    motion = motion_between(start, end)
+    offsets = transform_points(start, points) - start[:, None, :3]
+    moved = rotate(motion[:, None, 3:], offsets) + start[:, None, :3] + motion[:, None, :3]
+    np.testing.assert_allclose(moved, transform_points(end, points), atol=1e-12)
+    at_rest = motion_between(start, start)
+    np.testing.assert_allclose(at_rest, np.tile([0, 0, 0, 1, 0, 0, 0], (5, 1)), atol=1e-12)
 
 
 @given(seeds)
@@ -160,7 +160,7 @@ def test_a_rows_result_does_not_depend_on_its_batch(seed: int, size: int) -> Non
         (quat_multiply, (quats, other_quats)),
         (rotation_error_rad, (quats, other_quats)),
         (rotate, (quats, others[:, :3])),
-        (relative_pose, (poses, others)),
+        (motion_between, (poses, others)),
         (rotation_6d, (quats,)),
         (quat_normalize, (2 * quats,)),
         (quat_from_matrix, (quat_to_matrix(quats),)),
@@ -199,7 +199,7 @@ def test_torch_tensors_give_what_arrays_give(precision: str, tolerance: float) -
         (transform_points, (poses, points)),
         (rotation_error_rad, (poses[:, 3:], others[:, 3:])),
         (rotation_6d, (poses[:, 3:],)),
-        (relative_pose, (poses, others)),
+        (motion_between, (poses, others)),
     ):
         made = function(*(torch.as_tensor(argument, dtype=getattr(torch, precision)) for argument in arguments))
         assert isinstance(made, torch.Tensor)

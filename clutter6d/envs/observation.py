@@ -21,7 +21,7 @@ from clutter6d.envs.point_cloud import (
     motion_in_world,
     point_clouds,
 )
-from clutter6d.geometry import Pose, relative_pose, rotation_6d
+from clutter6d.geometry import Pose, motion_between, rotation_6d
 from clutter6d.physics import TABLE_FRICTION
 from clutter6d.sim.end_effector import END_EFFECTOR_POINTS
 from clutter6d.sim.kinematics import HandKinematics, hand_kinematics
@@ -44,7 +44,9 @@ class Observation(TypedDict, Generic[Array]):
         end_effector_points: Canonical surface points of the hand and the fingers.
         hand_state: Position and rotation of the hand's frame.
         joint_state: Joint angles, then joint velocities.
-        relative_goal: Goal pose in the target's frame: translation and rotation.
+        relative_goal: From the target's pose to its goal, in world axes: displacement of its origin, and turn about it.
+            The goal in the target's own frame, which the paper's table may mean as well, would not say which way to
+            push: nothing else in the observation tells how that frame lies in the world.
         physics_parameters: Privileged: target's mass, target's, hand's and table's friction, target's restitution.
         previous_action: The residual the policy asked for one step ago; zero at first.
     """
@@ -166,7 +168,7 @@ def make_observation(
         end_effector_points=clouds.hand,
         hand_state=_position_and_rotation(hand.pose),
         joint_state=xp.astype(xp.concat([state.arm_qpos, state.arm_qvel], axis=1), xp.float32),
-        relative_goal=_position_and_rotation(relative_pose(state.object_poses[:, 0], task.goals)),
+        relative_goal=_position_and_rotation(motion_between(state.object_poses[:, 0], task.goals)),
         physics_parameters=xp.asarray(task.physics, copy=True),
         previous_action=xp.asarray(previous_action, copy=True),
     )

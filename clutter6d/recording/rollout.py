@@ -38,7 +38,7 @@ class RolloutStates:
     Attributes:
         hand_state: Position [m] and 6-D rotation of the hand.
         joint_state: Joint angles [rad], then joint velocities [rad/s].
-        relative_goal: Goal pose in the target's frame: translation [m] and 6-D rotation.
+        relative_goal: From the target's pose to its goal, in world axes: displacement [m] and 6-D rotation.
         physics_parameters: Target's mass [kg], target's, hand's and table's friction, target's restitution.
         previous_action: The residual asked for one step ago [rad].
         object_poses: Position [m] and quaternion ``wxyz`` of each object, world frame; the target is the first.

@@ -123,9 +123,9 @@ def test_states_are_positions_and_the_first_two_columns_of_the_rotation(state, t
         hand, target, goal = hands[slot].tolist(), state.object_poses[slot, 0].tolist(), task.goals[slot].tolist()
         columns = list(zip(*matrix(hand[3:]), strict=True))
         np.testing.assert_allclose(observation["hand_state"][slot], [*hand[:3], *columns[0], *columns[1]], atol=1e-6)
-        inverse = [list(column) for column in zip(*matrix(target[3:]), strict=True)]
-        offset = apply(inverse, [goal[i] - target[i] for i in range(3)])
-        first, second = (apply(inverse, [row[axis] for row in matrix(goal[3:])]) for axis in range(2))
+        back = list(zip(*matrix(target[3:]), strict=True))
+        offset = [goal[i] - target[i] for i in range(3)]
+        first, second = (apply(matrix(goal[3:]), [row[axis] for row in back]) for axis in range(2))
         np.testing.assert_allclose(observation["relative_goal"][slot], [*offset, *first, *second], atol=1e-6)
         joints = [*state.arm_qpos[slot].tolist(), *state.arm_qvel[slot].tolist()]
         np.testing.assert_allclose(observation["joint_state"][slot], joints, atol=1e-6)

@@ -74,11 +74,14 @@ def test_end_effector_points_move_as_the_arm_does(moved_env):
     np.testing.assert_allclose(before[..., 3].sum(), 0.6544 + 2 * 0.0291, rtol=1e-5)
 
 
-def test_relative_goal_is_the_goal_seen_from_the_target():
+def test_relative_goal_takes_the_targets_points_to_the_goal():
     env = make_env(1)
-    relative = env.observe()["relative_goal"][0]
-    np.testing.assert_allclose(relative[:3], env.goals[0, :3] - env.start_poses[0, 0, :3], atol=1e-6)
-    np.testing.assert_allclose(relative[3:], quat_to_matrix(env.goals[0, 3:])[:, :2].T.ravel(), atol=1e-6)
+    points, relative = env.observe()["object_points"][0, :, :3], env.observe()["relative_goal"][0]
+    first, second = relative[3:6], relative[6:]
+    turn, centre = np.stack([first, second, np.cross(first, second)], axis=1), env.start_poses[0, 0, :3]
+    there = (points - centre) @ turn.T + centre + relative[:3]
+    canonical = (points - centre) @ quat_to_matrix(env.start_poses[0, 0, 3:])
+    np.testing.assert_allclose(there, canonical @ quat_to_matrix(env.goals[0, 3:]).T + env.goals[0, :3], atol=1e-6)
 
 
 def test_physics_parameters_are_the_targets_and_its_contacts():
