@@ -44,18 +44,19 @@ class PointHeads(nn.Module):
 
     Args:
         size: Of a token.
+        outputs: Numbers that each head gives for a point.
     """
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, outputs: int) -> None:
         super().__init__()
         self.unpatchify = Unpatchify(size, HEAD_HIDDEN_SIZE)
         self.norm = nn.LayerNorm(size)
-        self.position = _make_head(size, 3)
-        self.velocity = _make_head(size, 3)
+        self.position = _make_head(size, outputs)
+        self.velocity = _make_head(size, outputs)
 
     def forward(
         self, encoded: EncodedCloud, positions: Float[Tensor, "row 1280 3"]
-    ) -> tuple[Float[Tensor, "row 1280 3"], Float[Tensor, "row 1280 3"]]:
+    ) -> tuple[Float[Tensor, "row 1280 output"], Float[Tensor, "row 1280 output"]]:
         """What the position head and the velocity head say of each point; units are the caller's."""
         points = self.norm(self.unpatchify(encoded.tokens, encoded.patches, positions))
         return self.position(points).float(), self.velocity(points).float()
@@ -79,7 +80,7 @@ class PoseHead(nn.Module):
 
 
 def _make_head(size: int, outputs: int) -> nn.Sequential:
-    """Two layers that put out zero until they are trained: a fresh model predicts that nothing changes."""
+    """Two layers that put out zero until they are trained: a fresh model predicts that nothing hits anything."""
     output = nn.Linear(HEAD_HIDDEN_SIZE, outputs)
     nn.init.zeros_(output.weight)
     nn.init.zeros_(output.bias)

@@ -36,9 +36,11 @@ class WorldModelConfig(FileModel):
         schema_version: Of these fields.
         task: ``points``: all points one step later. ``object``: the target's pose change in the step.
             ``reconstruction``: the points as they are, without an action.
-        predicts: ``displacement``: heads give the change since the input, which is added to it. ``coordinates``: heads
-            give coordinates and velocities themselves, as the paper's text has it. A point's place must then pass
-            through the 128 numbers of its patch, which cannot compete with copying the input.
+        predicts: ``displacement``: heads give the change since the input, which is added to it, and which share of its
+            velocity a point keeps, if velocities are an input: a fresh model predicts constant velocity, and what is
+            learned is what contacts change. ``coordinates``: heads give coordinates and velocities themselves, as the
+            paper's text has it. A point's place must then pass through the 128 numbers of its patch, which cannot
+            compete with copying the input.
         encoder: The encoder.
     """
 
@@ -72,7 +74,9 @@ class WorldModel(nn.Module):
         self.config = config
         self.encoder = DaplEncoder(sizes)
         self.fusion = ActionFusion(sizes.token_size, sizes.heads, sizes.mlp_ratio)
-        self.heads = PoseHead(sizes.token_size) if config.task == "object" else PointHeads(sizes.token_size)
+        self._keeps_velocity = config.predicts == "displacement" and config.sees_velocity
+        outputs = 4 if self._keeps_velocity else 3
+        self.heads = PoseHead(sizes.token_size) if config.task == "object" else PointHeads(sizes.token_size, outputs)
         self.coordinates = RunningStatistics(groups=(3,))
 
     def forward(self, cloud: Float[Tensor, "row 1280 7"], flow: Float[Tensor, "row 3"]) -> Prediction:
@@ -101,16 +105,19 @@ class WorldModel(nn.Module):
     def _point_prediction(
         self,
         cloud: Float[Tensor, "row 1280 7"],
-        position_output: Float[Tensor, "row 1280 3"],
-        velocity_output: Float[Tensor, "row 1280 3"],
+        position_output: Float[Tensor, "row 1280 output"],
+        velocity_output: Float[Tensor, "row 1280 output"],
     ) -> Prediction:
-        velocities = VELOCITY_UNIT_M_S * velocity_output
         if self.config.predicts == "coordinates":
-            return Prediction(positions=self.coordinates.undo(position_output), velocities=velocities)
+            positions = self.coordinates.undo(position_output)
+            return Prediction(positions=positions, velocities=VELOCITY_UNIT_M_S * velocity_output)
+        positions = cloud[..., :3] + POSITION_UNIT_M * position_output[..., :3]
+        velocities = VELOCITY_UNIT_M_S * velocity_output[..., :3]
         # Who does not see velocities is not given them here either.
-        before = cloud[..., 4:] if self.config.sees_velocity else torch.zeros_like(velocities)
-        positions = cloud[..., :3] + POSITION_UNIT_M * position_output
-        return Prediction(positions=positions, velocities=before + velocities)
+        if self._keeps_velocity:
+            positions = positions + STEP_S * (1 + position_output[..., 3:]) * cloud[..., 4:]
+            velocities = velocities + (1 + velocity_output[..., 3:]) * cloud[..., 4:]
+        return Prediction(positions=positions, velocities=velocities)
 
 
 def _move_target(positions: Float[Tensor, "row 1280 3"], output: Float[Tensor, "row 9"]) -> ObjectPrediction:

@@ -5,7 +5,7 @@ from pydantic import ValidationError
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.world_model.loss import LossConfig, world_model_loss
 from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
-from dapl_baselines.world_model.prediction import ObjectPrediction
+from dapl_baselines.world_model.prediction import STEP_S, ObjectPrediction
 from dapl_baselines.world_model.presets import PRESETS
 from tests.dapl_baselines.cloud_fixtures import make_step
 
@@ -34,14 +34,22 @@ def small(preset: str) -> WorldModelConfig:
     return make_config(task=config.task, predicts=config.predicts, features=config.encoder.features)
 
 
-@pytest.mark.parametrize("task", ["points", "object"])
-def test_a_fresh_model_predicts_that_nothing_changes(task):
+@pytest.mark.parametrize("features", ["xyz", "xyz_velocity", "xyz_mass_velocity"])
+def test_a_fresh_model_predicts_constant_velocity_where_it_sees_velocities(features):
     cloud, flow, _, _ = make_step(2)
     with torch.no_grad():
-        prediction = make_model(make_config(task=task), trained=False)(cloud, flow)
+        prediction = make_model(make_config(task="points", features=features), trained=False)(cloud, flow)
+    velocities = torch.zeros(2, 1280, 3) if features == "xyz" else cloud[..., 4:]
+    assert torch.allclose(prediction.positions, cloud[..., :3] + STEP_S * velocities, atol=1e-6)
+    assert torch.allclose(prediction.velocities, velocities, atol=1e-6)
+
+
+def test_a_fresh_model_of_the_targets_pose_predicts_that_nothing_moves():
+    cloud, flow, _, _ = make_step(2)
+    with torch.no_grad():
+        prediction = make_model(make_config(task="object"), trained=False)(cloud, flow)
     assert torch.allclose(prediction.positions, cloud[..., :3], atol=1e-6)
-    velocities = cloud[..., 4:] if task == "points" else torch.zeros(2, 1280, 3)
-    assert torch.allclose(prediction.velocities, velocities, atol=1e-5)
+    assert torch.allclose(prediction.velocities, torch.zeros(2, 1280, 3), atol=1e-5)
 
 
 def test_coordinates_of_a_fresh_model_are_the_mean_of_what_it_has_seen():
@@ -132,9 +140,9 @@ def test_the_papers_world_model_is_an_encoder_with_a_small_decoder():
     model = WorldModel(WorldModelConfig())
     encoder, whole = (sum(each.numel() for each in part.parameters()) for part in (model.encoder, model))
     action, attention, mlp, norms = 4 * 128, 4 * (128 * 128 + 128), 2 * 128 * 512 + 512 + 128, 3 * 2 * 128
-    offsets, head = 4 * 64 + 65 * 128, 129 * 64 + 65 * 3
+    offsets, head = 4 * 64 + 65 * 128, 129 * 64 + 65 * 4
     assert encoder == 2_392_512
-    assert whole - encoder == action + attention + mlp + norms + offsets + 2 * 128 + 2 * head == 224_774
+    assert whole - encoder == action + attention + mlp + norms + offsets + 2 * 128 + 2 * head == 224_904
 
 
 def test_the_presets_are_the_seven_rows_of_the_ablation():
