@@ -1,5 +1,6 @@
-"""Episodes of a policy as states and actions, as they end."""
+"""Episodes of a policy as states and actions."""
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -49,13 +50,17 @@ def shuffled_keys(keys: Sequence[EpisodeKey], seed: int) -> list[EpisodeKey]:
 
 
 def record_episodes(runner: EpisodeRunner, keys: Sequence[EpisodeKey]) -> Iterator[Interaction]:
-    """Run episodes and yield each as it ends; one that fails with its first step shows nothing and is left out.
+    """Run episodes and yield them; one that fails with its first step shows nothing and is left out.
+
+    They come in the order of their keys, whichever ends first: so it does not depend on what ran at once, and a recording
+    that was stopped and goes on is the one that was not.
 
     Args:
         runner: What runs them.
         keys: Scene and goal pair of each.
     """
-    traces: dict[EpisodeKey, _Trace] = {}
+    traces, ended = dict[EpisodeKey, _Trace](), dict[EpisodeKey, Interaction | None]()
+    waiting = deque(keys)
     for played in runner.rounds(keys):
         rows = _present_rows(played.env)
         for slot, attempt in played.running.items():
@@ -67,8 +72,11 @@ def record_episodes(runner: EpisodeRunner, keys: Sequence[EpisodeKey]) -> Iterat
                 traces[key].rows.append(rows[slot])
         for record in played.finished:
             trace = traces.pop(record.row.key, None)
-            if trace is not None:
-                yield _finish(trace, record, rows)
+            ended[record.row.key] = trace and _finish(trace, record, rows)
+        while waiting and waiting[0] in ended:
+            episode = ended.pop(waiting.popleft())
+            if episode is not None:
+                yield episode
 
 
 def _finish(trace: _Trace, record: EpisodeRecord, rows: Float64[np.ndarray, "slot row"]) -> Interaction:

@@ -43,6 +43,13 @@ def test_episodes_that_end_early_are_kept_whole_and_the_second_of_success_is_not
     assert len(drop.states) == len(drop.actions) + 1 > 2
 
 
+def test_episodes_come_in_the_order_of_their_keys_whichever_ends_first():
+    keys = [("boxes-0", 1), ("boxes-0", 0), ("boxes-1", 1)]
+    runner = EpisodeRunner(scenes_with_known_outcomes(), load_policy("zero"), config=CONFIG, num_envs=3, threads=1)
+    assert [record.row.key for record in runner.run(keys)] != keys
+    assert [episode.key for episode in record_episodes(runner, keys)] == keys
+
+
 def test_every_episode_is_in_the_shuffled_order_once():
     keys = [(f"scene-{number}", 0) for number in range(50)]
     assert sorted(shuffled_keys(keys, 3)) == sorted(keys)
