@@ -52,8 +52,8 @@ def shuffled_keys(keys: Sequence[EpisodeKey], seed: int) -> list[EpisodeKey]:
 def record_episodes(runner: EpisodeRunner, keys: Sequence[EpisodeKey]) -> Iterator[Interaction]:
     """Run episodes and yield them; one that fails with its first step shows nothing and is left out.
 
-    They come in the order of their keys, whichever ends first: so it does not depend on what ran at once, and a recording
-    that was stopped and goes on is the one that was not.
+    They come in the order of their keys, whichever ends first: so a recording that was stopped and goes on is the one
+    that was not.
 
     Args:
         runner: What runs them.

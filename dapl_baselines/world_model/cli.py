@@ -8,24 +8,18 @@ import typer
 from rich.console import Console
 from rich.markdown import Markdown
 
-from clutter6d import __version__
-from clutter6d.progress import progress_bars
-from clutter6d.schema import read_model, write_bytes, write_model
+from clutter6d.progress import BarsByName, progress_bars
+from clutter6d.schema import write_bytes
 from dapl_baselines.devices import find_device
-from dapl_baselines.interactions.dataset import InteractionData, Transitions, open_interactions
+from dapl_baselines.interactions.dataset import open_interactions
 from dapl_baselines.preset_choices import with_choices
-from dapl_baselines.world_model.batches import some_of
-from dapl_baselines.world_model.evaluation import ErrorTable, evaluate
-from dapl_baselines.world_model.model import WorldModelConfig
+from dapl_baselines.world_model.final_report import write_report
 from dapl_baselines.world_model.picture import draw_predictions
-from dapl_baselines.world_model.presets import find_preset
-from dapl_baselines.world_model.report import DataSummary, Report, to_markdown
+from dapl_baselines.world_model.presets import find_model
+from dapl_baselines.world_model.report import to_markdown
 from dapl_baselines.world_model.train_config import RunConfig, find_train_preset
 from dapl_baselines.world_model.trained import load_world_model
-from dapl_baselines.world_model.trainer import MODEL_FILE, Progress, Trainer
-
-_HELD_OUT_CLOUDS, _TRAINED_ON_CLOUDS = 2048, 512
-"""Transitions that the report's errors are means over."""
+from dapl_baselines.world_model.trainer import Progress, Trainer
 
 Data = Annotated[list[Path], typer.Option(help="What dapl record wrote; may be given more than once.")]
 Device = Annotated[str, typer.Option(help="cpu or cuda; by default cuda where there is one.")]
@@ -56,7 +50,7 @@ def train_world_model(
     interactions, chosen = open_interactions(data), find_train_preset(preset)
     batch = with_choices(chosen.train.batch, rows=rows)
     config = RunConfig(
-        model=_find_model(model),
+        model=find_model(model),
         loss=with_choices(chosen.loss, variance_weight=variance_weight),
         train=with_choices(chosen.train, steps=steps, minutes=max_minutes, seed=seed, batch=batch),
         data_sha256=interactions.sha256,
@@ -64,16 +58,9 @@ def train_world_model(
     trainer = Trainer(interactions, out, config, find_device(device))
     console = Console(markup=False, emoji=False)
     _train(trainer, console)
-    report = _report(trainer, interactions, out / MODEL_FILE, config, console)
-    write_bytes(out / "report.md", to_markdown(report).encode())
-    write_model(out / "report.json", report)
+    with progress_bars(console) as progress:
+        report = write_report(trainer, interactions, out, BarsByName(progress).update)
     console.print(Markdown(to_markdown(report)) if sys.stdout.isatty() else to_markdown(report), soft_wrap=True)
-
-
-def _find_model(name: str) -> WorldModelConfig:
-    if Path(name).suffix == ".json":
-        return read_model(Path(name), WorldModelConfig, what="configuration of a world model")
-    return find_preset(name)
 
 
 def _train(trainer: Trainer, console: Console) -> None:
@@ -85,34 +72,6 @@ def _train(trainer: Trainer, console: Console) -> None:
             progress.update(bar, completed=round(1000 * standing.share), description=text)
 
         trainer.run(show)
-
-
-def _report(
-    trainer: Trainer, data: InteractionData, checkpoint_path: Path, config: RunConfig, console: Console
-) -> Report:
-    model, checkpoint = load_world_model(checkpoint_path)
-    model.to(trainer.device)
-
-    def errors(transitions: Transitions, what: str) -> ErrorTable:
-        with progress_bars(console) as progress:
-            bar = progress.add_task(f"errors on {what}", total=len(transitions))
-            found = evaluate(
-                model, data, transitions, loss=config.loss, show=lambda done: progress.update(bar, completed=done)
-            )
-        return found.errors
-
-    return Report(
-        config=config,
-        data=DataSummary.of(data),
-        parameters=sum(weight.numel() for weight in model.parameters()),
-        steps=trainer.step,
-        minutes=trainer.seconds / 60,
-        best_step=checkpoint.header.history[-1].steps,
-        weights_sha256=checkpoint.header.weights_sha256,
-        clutter6d=__version__,
-        held_out=errors(some_of(data.validation, _HELD_OUT_CLOUDS), "held-out scenes"),
-        trained_on=errors(some_of(data.training, _TRAINED_ON_CLOUDS), "scenes trained on"),
-    )
 
 
 def show_predictions(

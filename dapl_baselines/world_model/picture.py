@@ -41,7 +41,7 @@ def draw_predictions(model: WorldModel, data: InteractionData, count: int, seed:
         InvalidValueError: There are not so many transitions in which objects move.
         MissingDependencyError: matplotlib is not installed.
     """
-    _check_matplotlib()
+    check_matplotlib()
     batch = _choose(data, count, seed)
     device = next(model.parameters()).device
     with torch.inference_mode():
@@ -53,7 +53,12 @@ def draw_predictions(model: WorldModel, data: InteractionData, count: int, seed:
     return _draw(now.numpy(), {name: each.numpy() for name, each in columns.items()}, moving.numpy(), errors)
 
 
-def _check_matplotlib() -> None:
+def check_matplotlib() -> None:
+    """See that pictures can be drawn.
+
+    Raises:
+        MissingDependencyError: matplotlib is not installed.
+    """
     try:
         importlib.import_module("matplotlib.figure")
     except ImportError:

@@ -1,9 +1,11 @@
 """The rows of the paper's ablation (Table "Ablation Study on Pre-training Objectives and Input Modalities")."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Final
 
 from clutter6d.errors import UnknownNameError
+from clutter6d.schema import read_model
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.tokenizer import Features
 from dapl_baselines.world_model.model import Task, WorldModelConfig
@@ -38,3 +40,16 @@ def find_preset(name: str) -> WorldModelConfig:
     if name not in PRESETS:
         raise UnknownNameError("world model preset", name, PRESETS)
     return PRESETS[name]
+
+
+def find_model(choice: str) -> WorldModelConfig:
+    """The configuration that an argument means: a preset's name, or a JSON file of one.
+
+    Raises:
+        UnknownNameError: There is no such preset.
+        MissingFileError: There is no such file.
+        InvalidFileError: It is no configuration.
+    """
+    if Path(choice).suffix == ".json":
+        return read_model(Path(choice), WorldModelConfig, what="configuration of a world model")
+    return find_preset(choice)

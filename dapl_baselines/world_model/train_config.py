@@ -83,6 +83,7 @@ class RunConfig(FileModel):
         loss: What it is trained to make small.
         train: How.
         data_sha256: Names the interactions it is trained on.
+        start_sha256: Weights that it begins with; empty: random ones.
     """
 
     schema_version: Literal[1] = 1
@@ -90,6 +91,7 @@ class RunConfig(FileModel):
     loss: LossConfig = Field(default_factory=LossConfig)
     train: TrainConfig
     data_sha256: str = Field(pattern="^[0-9a-f]{64}$")
+    start_sha256: str = Field(default="", pattern="^([0-9a-f]{64})?$")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

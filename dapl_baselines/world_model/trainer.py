@@ -17,8 +17,7 @@ from typing import Final
 import torch
 
 from clutter6d.errors import InvalidFileError
-from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
-from dapl_baselines.code_hash import code_sha256
+from dapl_baselines.checkpoint import Checkpoint, write_checkpoint
 from dapl_baselines.curves import Curves
 from dapl_baselines.interactions.dataset import InteractionData
 from dapl_baselines.run_folder import claim
@@ -26,6 +25,7 @@ from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 from dapl_baselines.world_model.batches import Batch, prefetched, some_of, training_batch
 from dapl_baselines.world_model.evaluation import evaluate
 from dapl_baselines.world_model.learner import Learner
+from dapl_baselines.world_model.lineage import begun_with, training_record
 from dapl_baselines.world_model.train_config import RunConfig
 
 CONFIG_FILE: Final = "config.json"
@@ -57,25 +57,32 @@ class Trainer:
     Args:
         data: Transitions to train on, and to watch it on.
         out: The folder.
-        config: What the result depends on.
+        config: What the result depends on; the hash of the weights it begins with is filled in from ``start``.
         device: Where it runs.
+        start: A trained world model to begin with (paper, "Curriculum Learning"); ``None``: random weights.
 
     Raises:
-        InvalidValueError: The folder is of a training with other settings, or of something else.
+        InvalidValueError: The folder is of another training or of something else, or ``start`` is another model.
         InvalidFileError: A file in it is damaged.
         StorageError: It cannot be written.
 
     Attributes:
+        config: What the result depends on.
         device: Where it runs.
         step: Steps made.
         seconds: Time they took.
     """
 
-    def __init__(self, data: InteractionData, out: Path, config: RunConfig, device: torch.device) -> None:
-        self._data, self._out, self._config, self.device = data, out, config, device
-        self._train = config.train
-        claim(out / CONFIG_FILE, config, what="world-model training")
+    def __init__(
+        self, data: InteractionData, out: Path, config: RunConfig, device: torch.device, start: Checkpoint | None = None
+    ) -> None:
+        self.config = config if start is None else begun_with(start, config)
+        self._data, self._out, self.device = data, out, device
+        self._train, self._history = config.train, () if start is None else start.header.history
+        claim(out / CONFIG_FILE, self.config, what="world-model training")
         self._learner = Learner(config, device)
+        if start is not None:
+            self._learner.model.load_state_dict(start.module.state_dict())
         self._watched = some_of(data.validation, self._train.validation_clouds)
         self.step, self.seconds, self._best_loss, self._best_step = 0, 0.0, float("inf"), 0
         self._state: dict[str, object] | None = None
@@ -143,7 +150,7 @@ class Trainer:
             self._learner.model,
             self._data,
             self._watched,
-            loss=self._config.loss,
+            loss=self.config.loss,
             sets=("moving_objects",),
             predictors=("model",),
         )
@@ -156,22 +163,10 @@ class Trainer:
             write_checkpoint(
                 self._out / MODEL_FILE,
                 architecture=ARCHITECTURE,
-                config=self._config.model,
+                config=self.config.model,
                 module=self._learner.model,
-                history=(self._record(),),
+                history=(*self._history, training_record(self.config, self._data, self.step)),
             )
-
-    def _record(self) -> TrainingRecord:
-        splits = {header.split_sha256 for header in self._data.headers}
-        return TrainingRecord(
-            method="world-model",
-            steps=self.step,
-            unit="optimiser steps",
-            seed=self._train.seed,
-            split_sha256=splits.pop() if len(splits) == 1 else "",
-            code_sha256=code_sha256(),
-            settings=self._config.model_dump(mode="json"),
-        )
 
     def _copy_state(self) -> dict[str, object]:
         return {

@@ -19,7 +19,7 @@ from tests.dapl_baselines.world_model.tiny import TINY_MODEL
 @pytest.fixture(scope="module", autouse=True)
 def short_reports():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("dapl_baselines.world_model.cli._TRAINED_ON_CLOUDS", 8)
+        patch.setattr("dapl_baselines.world_model.final_report.TRAINED_ON_CLOUDS", 8)
         yield
 
 
@@ -78,7 +78,7 @@ def test_the_curve_of_held_out_scenes_has_the_errors(trained):
 def test_ablations_are_trained_by_name(model, tmp_path, pushed_boxes, monkeypatch):
     from dapl_baselines.world_model import presets
 
-    monkeypatch.setattr("dapl_baselines.world_model.cli._HELD_OUT_CLOUDS", 8)
+    monkeypatch.setattr("dapl_baselines.world_model.final_report.HELD_OUT_CLOUDS", 8)
     kept = presets.PRESETS[model]
     encoder = TINY_MODEL.encoder.model_copy(update={"features": kept.encoder.features})
     monkeypatch.setitem(presets.PRESETS, model, kept.model_copy(update={"encoder": encoder}))

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -133,3 +134,24 @@ def test_a_damaged_state_is_one_line(pushed_boxes, tmp_path, damage):
     write_tensor_file(tmp_path / "out" / "training.pt", content)
     with pytest.raises(InvalidFileError, match="not the state of this training"):
         make_trainer(pushed_boxes, tmp_path / "out", steps=4)
+
+
+def test_a_training_can_begin_with_a_trained_model(trained, pushed_boxes, tmp_path):
+    model, start = load_world_model(trained / "world-model.pt")
+    make_trainer(pushed_boxes, tmp_path / "out", start=start, steps=2, learning_rate=1e-12).run()
+    continued, checkpoint = load_world_model(tmp_path / "out" / "world-model.pt")
+    for (name, before), after in zip(model.named_parameters(), continued.parameters(), strict=True):
+        torch.testing.assert_close(after, before, rtol=0, atol=1e-8, msg=name)
+    assert continued.coordinates.count == model.coordinates.count + 2 * 4 * 1280
+    assert checkpoint.header.history[:-1] == start.header.history
+    assert checkpoint.header.history[-1].settings["start_sha256"] == start.header.weights_sha256
+
+
+def test_a_training_begun_with_another_model_needs_another_folder(trained, pushed_boxes, tmp_path):
+    _, start = load_world_model(trained / "world-model.pt")
+    with pytest.raises(InvalidValueError, match="start_sha256 was , is "):
+        make_trainer(pushed_boxes, trained, start=start)
+    other = replace(start, header=start.header.model_copy(update={"config": {"task": "object"}}))
+    with pytest.raises(InvalidValueError, match="has another configuration"):
+        make_trainer(pushed_boxes, tmp_path / "out", start=other)
+    assert not (tmp_path / "out").exists()

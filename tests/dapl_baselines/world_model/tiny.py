@@ -8,6 +8,7 @@ from pathlib import Path
 
 import torch
 
+from dapl_baselines.checkpoint import Checkpoint
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.interactions.dataset import open_interactions
 from dapl_baselines.world_model.batches import BatchConfig
@@ -35,10 +36,10 @@ def make_config(data_sha256: str, **changes) -> RunConfig:
     return RunConfig(model=TINY_MODEL, train=TrainConfig(**(values | changes)), data_sha256=data_sha256)
 
 
-def make_trainer(data_folder: Path, out: Path, **changes) -> Trainer:
+def make_trainer(data_folder: Path, out: Path, *, start: Checkpoint | None = None, **changes) -> Trainer:
     torch.set_num_threads(1)
     data = open_interactions([data_folder])
-    return Trainer(data, out, make_config(data.sha256, **changes), torch.device("cpu"))
+    return Trainer(data, out, make_config(data.sha256, **changes), torch.device("cpu"), start=start)
 
 
 def die_at(step: int) -> Callable[[Progress], None]:
