@@ -46,6 +46,12 @@ def distill(
     latent_weight: Annotated[
         float | None, typer.Option(min=0, help="Weight of the latent loss; 0: the student learns actions alone.")
     ] = None,
+    history: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=16, help="Frames the student sees, one every 0.1 s; 1: no memory; default the preset's."
+        ),
+    ] = None,
     train_encoder: Annotated[bool, typer.Option(help="Let the encoder learn too; takes far longer.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything drawn.")] = 0,
     threads: Annotated[int, typer.Option(min=0, help="Threads of simulation and teacher; 0 for all cores.")] = 0,
@@ -57,8 +63,10 @@ def distill(
     ] = None,
 ) -> None:
     """Distil a teacher into a policy that sees points alone; killed at any time, the same command goes on."""
+    chosen = find_preset(PRESETS, preset)
     settings = with_choices(
-        find_preset(PRESETS, preset),
+        chosen,
+        network=None if history is None else chosen.network.model_dump() | {"history": history},
         envs=envs,
         iterations=iterations,
         teacher_iterations=teacher_iterations,

@@ -4,15 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Float16, Float32
+from jaxtyping import Bool, Float16, Int
 from torch import Tensor
 
 from clutter6d.seeding import generator
 from dapl_baselines.distillation.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import DistillationLosses, Student
-from dapl_baselines.distillation.student_env import StudentEnv
+from dapl_baselines.distillation.student_env import StudentEnv, StudentView
 from dapl_baselines.distillation.teacher import Labels, Teacher
+from dapl_baselines.distillation.windows import take_windows
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -46,18 +47,23 @@ class Dagger:
 
     def _step(self, teacher_acts: Bool[Tensor, "env"]) -> None:
         view, labels = self.env.student_view(), self.teacher.label(self.env.teacher_input())
-        stored = self.student.to_stored(view.cloud)
-        own = self.student.act(view.state, stored)
+        self.replay.add(make_rows(view, self.student.to_stored(view.cloud), labels, self.settings))
+        # What the student remembers is in the replay, so that it need not be kept when a training is stopped.
+        own = self.student.act(self._windows(np.arange(self.replay.count - self.settings.envs, self.replay.count)))
         self.student.update_statistics(view.state)
-        self.replay.add(make_rows(view.state, stored, labels, self.settings))
         self.env.step(torch.where(teacher_acts[:, None], labels.actions, own))
 
     def _learn(self, iteration: int) -> DistillationLosses:
         rng = generator(self.settings.seed, "distillation batches", iteration)
         shape = self.settings.updates, self.settings.batch_rows
-        losses = [self.student.learn(self.replay.take(rows)) for rows in rng.integers(len(self.replay), size=shape)]
+        oldest = max(0, self.replay.count - self.settings.kept_rows)
+        drawn = rng.integers(oldest, self.replay.count, size=shape)
+        losses = [self.student.learn(self._windows(numbers)) for numbers in drawn]
         action, latent = torch.stack(losses).mean(dim=0).tolist()
         return DistillationLosses(action=action, latent=latent)
+
+    def _windows(self, numbers: Int[np.ndarray, "row"]) -> dict[str, Tensor]:
+        return take_windows(self.replay, numbers, envs=self.settings.envs, history=self.settings.network.history)
 
     def _teacher_acts(self, iteration: int) -> Bool[Tensor, "env"]:
         """In which environments the teacher acts, by lot."""
@@ -67,10 +73,8 @@ class Dagger:
 
 
 def make_rows(
-    state: Float32[Tensor, "env state"],
-    stored: Float16[Tensor, "env ..."],
-    labels: Labels,
-    settings: DistillationSettings,
+    view: StudentView, stored: Float16[Tensor, "env ..."], labels: Labels, settings: DistillationSettings
 ) -> dict[str, Tensor]:
     """The rows that the replay keeps of a step: what the student saw, and what the teacher said."""
-    return {"state": state, "stored": stored, **labels.fields(settings.network.action_scale_rad)}
+    seen = {"state": view.state, "stored": stored, "age": view.ages}
+    return seen | labels.fields(settings.network.action_scale_rad)

@@ -4,21 +4,22 @@ The rows are written before the training's state is. A training that is killed i
 the same places, so nothing is lost and nothing is kept twice.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import torch
+from jaxtyping import Int
 from torch import Tensor
 
 from clutter6d.errors import InvalidFileError, StorageError
 
-_DTYPES: Final = {torch.float32: np.dtype("<f4"), torch.float16: np.dtype("<f2")}
+_DTYPES: Final = {torch.float32: np.dtype("<f4"), torch.float16: np.dtype("<f2"), torch.int32: np.dtype("<i4")}
 
 
 class Replay:
-    """A ring of rows: the newest take the place of the oldest.
+    """A ring of rows: the newest take the place of the oldest. Rows are numbered from the first that was ever added.
 
     Args:
         folder: Where its files are, one for each field.
@@ -40,9 +41,10 @@ class Replay:
             for name, batch in like.items()
         }
 
-    def __len__(self) -> int:
-        """Rows there are."""
-        return min(self.count, self._rows)
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """What there is of a row."""
+        return tuple(self._fields)
 
     def add(self, batch: Mapping[str, Tensor]) -> None:
         """Add rows; all fields have as many."""
@@ -52,13 +54,15 @@ class Replay:
             self._fields[name][places] = values.numpy()
         self.count += added
 
-    def take(self, indices: np.ndarray) -> dict[str, Tensor]:
+    def take(self, numbers: Int[np.ndarray, "*row"], fields: Iterable[str]) -> dict[str, Tensor]:
         """Some rows, a copy.
 
         Args:
-            indices: Places in the ring, below ``len``.
+            numbers: Of rows that are still there.
+            fields: What of them is wanted.
         """
-        return {name: torch.from_numpy(np.asarray(field[indices])) for name, field in self._fields.items()}
+        places = numbers % self._rows
+        return {name: torch.from_numpy(np.asarray(self._fields[name][places])) for name in fields}
 
     def flush(self) -> None:
         """Bring the rows to the disk, which only a loss of power needs; a kill does not."""

@@ -45,7 +45,7 @@ class DistillationSettings(FileModel):
     """
 
     schema_version: Literal[1] = 1
-    network: PolicyNetworkConfig = PolicyNetworkConfig(state_parts=STUDENT_STATE)
+    network: PolicyNetworkConfig = PolicyNetworkConfig(state_parts=STUDENT_STATE, history=4)
     trains_encoder: bool = False
     noise_sigma: float = Field(default=DISTILLATION_NOISE.coordinates_m, ge=0, le=1)
     envs: int = Field(default=1024, ge=1, le=1 << 16)
@@ -80,6 +80,11 @@ class DistillationSettings(FileModel):
     def kept_rows(self) -> int:
         """Observations that are learned from."""
         return max(self.replay_rows, self.rollout_rows)
+
+    @property
+    def stored_rows(self) -> int:
+        """Observations in the replay: those that are learned from, and what a history sees before the oldest."""
+        return self.kept_rows + (self.network.history - 1) * self.envs
 
     def env(self) -> EnvConfig:
         """The environment's configuration, without errors of the observation: those are the student's alone."""

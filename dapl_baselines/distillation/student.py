@@ -58,6 +58,7 @@ class Student:
             self._frozen = FrozenEncoder(encoder, "cpu", getattr(torch, settings.encoder_precision))
         self._learned = [
             *self.network.trunk.parameters(),
+            *(() if self.network.over_time is None else self.network.over_time.parameters()),
             *self.network.actor.parameters(),
             *(encoder.parameters() if settings.trains_encoder else ()),
         ]
@@ -67,22 +68,23 @@ class Student:
         """What is kept of clouds to learn from: tokens; the clouds themselves if the encoder learns."""
         return cloud.to(STORED) if self._frozen is None else self._frozen(cloud)
 
-    def fuse(
-        self, state: Float32[Tensor, "row state"], stored: Float16[Tensor, "row ..."]
-    ) -> Float[Tensor, "row fused"]:
+    def fuse(self, seen: Mapping[str, Tensor]) -> Float[Tensor, "row fused"]:
         """The representation ``g``.
 
         Args:
-            state: ``s_env``.
-            stored: Of :meth:`to_stored`.
+            seen: ``state`` and ``stored`` of the last frames of each row, oldest first, and which of them there are, as
+                :func:`take_windows` gives them.
         """
-        return self.network.fuse(state, stored.float()) if self._frozen is None else self.network.trunk(state, stored)
+        state, stored = seen["state"].flatten(0, 1), seen["stored"].flatten(0, 1)
+        look = self.network.see_tokens if self._frozen is not None else self.network.see
+        frames = look(state, stored.float()).unflatten(0, seen["is_seen"].shape)
+        return self.network.fuse(frames * seen["is_seen"][..., None])
 
     @torch.no_grad()
-    def act(self, state: Float32[Tensor, "row state"], stored: Float16[Tensor, "row ..."]) -> Float32[Tensor, "row 7"]:
+    def act(self, seen: Mapping[str, Tensor]) -> Float32[Tensor, "row 7"]:
         """Joint residuals [rad]; arguments as of :meth:`fuse`."""
         scale = self._settings.network.action_scale_rad
-        return scale * self.network.actor(self.fuse(state, stored)).clamp(-1, 1)
+        return scale * self.network.actor(self.fuse(seen)).clamp(-1, 1)
 
     def update_statistics(self, state: Float32[Tensor, "row state"]) -> None:
         """Take states into the running statistics of the input."""
@@ -92,10 +94,10 @@ class Student:
         """One step of the optimiser; returns the action and the latent loss before it.
 
         Args:
-            batch: ``state`` and ``stored``; the teacher's ``action`` in units of the action scale, and its ``latent``
-                if it has one.
+            batch: What is seen, as of :meth:`fuse`; the teacher's ``action`` in units of the action scale, and its
+                ``latent`` if it has one.
         """
-        fused = self.fuse(batch["state"], batch["stored"])
+        fused = self.fuse(batch)
         action = smooth_l1_loss(self.network.actor(fused), batch["action"], beta=SMOOTH_L1_BETA)
         latent = mse_loss(fused, batch["latent"]) if "latent" in batch else action.new_zeros(())
         loss = self._settings.action_weight * action + self._settings.latent_weight * latent

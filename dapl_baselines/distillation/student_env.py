@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 import torch
-from jaxtyping import Float32, Int
+from jaxtyping import Float32, Int, Int32
 from torch import Tensor
 
 from clutter6d.dataset.scenes import SceneCollection
@@ -27,10 +27,12 @@ class StudentView:
     Attributes:
         state: ``s_env``.
         cloud: The points, with errors.
+        ages: Control steps that each episode has made.
     """
 
     state: Float32[Tensor, "env state"]
     cloud: Float32[Tensor, "env 1280 7"]
+    ages: Int32[Tensor, "env"]
 
 
 class StudentEnv:
@@ -79,8 +81,11 @@ class StudentEnv:
 
     def student_view(self) -> StudentView:
         """What the student sees now."""
-        seen = self._noise.disturb_points(self._all, self._envs.snapshot().motion.steps, self._clean())
-        return StudentView(state=state_vector(seen, self._parts), cloud=cloud(seen))
+        steps = self._envs.snapshot().motion.steps
+        seen = self._noise.disturb_points(self._all, steps, self._clean())
+        return StudentView(
+            state=state_vector(seen, self._parts), cloud=cloud(seen), ages=torch.from_numpy(steps.astype(np.int32))
+        )
 
     def teacher_input(self) -> PolicyInput:
         """What the teacher sees now."""

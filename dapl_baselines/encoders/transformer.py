@@ -1,7 +1,7 @@
 """Pre-norm transformer blocks on small sets of tokens."""
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from torch import Tensor, nn
 
 from dapl_baselines.on_cpu import is_on_cpu
@@ -11,17 +11,22 @@ def attend(
     queries: Float[Tensor, "row head query size"],
     keys: Float[Tensor, "row head key size"],
     values: Float[Tensor, "row head key size"],
+    is_seen: Bool[Tensor, "row key"] | None = None,
 ) -> Float[Tensor, "row head query size"]:
-    """Scaled dot-product attention.
+    """Scaled dot-product attention, to the keys that are seen; ``None``: to all.
 
     On a CPU, torch's own takes one head of one row after the other, which for as few tokens as these is slower than two
     batched products. They are in float32 under autocast too: in bfloat16 a softmax takes twice as long.
     """
     if not is_on_cpu(queries):
-        return nn.functional.scaled_dot_product_attention(queries, keys, values)
+        mask = None if is_seen is None else is_seen[:, None, None]
+        return nn.functional.scaled_dot_product_attention(queries, keys, values, mask)
     with torch.autocast("cpu", enabled=False):
         q, k, v = (tensor.float().flatten(0, 1) for tensor in (queries, keys, values))
         scores = torch.baddbmm(q.new_empty(1, 1, 1), q, k.mT, beta=0, alpha=q.shape[-1] ** -0.5)
+        if is_seen is not None:
+            unseen = ~is_seen.repeat_interleave(queries.shape[1], dim=0)[:, None]
+            scores = scores.masked_fill(unseen, torch.finfo(scores.dtype).min)
         return torch.bmm(scores.softmax(dim=-1), v).unflatten(0, queries.shape[:2]).to(queries.dtype)
 
 
@@ -63,12 +68,15 @@ class CrossAttention(nn.Module):
         self.output = nn.Linear(size, size)
 
     def forward(
-        self, tokens: Float[Tensor, "row token size"], context: Float[Tensor, "row context size"]
+        self,
+        tokens: Float[Tensor, "row token size"],
+        context: Float[Tensor, "row context size"],
+        is_seen: Bool[Tensor, "row context"] | None = None,
     ) -> Float[Tensor, "row token size"]:
-        """What each token takes from the context."""
+        """What each token takes from the context, or from what is seen of it."""
         queries = self.queries(tokens).unflatten(-1, (self._heads, -1)).transpose(1, 2)
         keys, values = self.keys_values(context).unflatten(-1, (2, self._heads, -1)).permute(2, 0, 3, 1, 4)
-        return self.output(attend(queries, keys, values).transpose(1, 2).flatten(2))
+        return self.output(attend(queries, keys, values, is_seen).transpose(1, 2).flatten(2))
 
 
 class SelfAttentionBlock(nn.Module):
@@ -111,10 +119,13 @@ class CrossAttentionBlock(nn.Module):
         self.mlp = make_mlp(size, mlp_ratio * size, size)
 
     def forward(
-        self, tokens: Float[Tensor, "row token size"], context: Float[Tensor, "row context size"]
+        self,
+        tokens: Float[Tensor, "row token size"],
+        context: Float[Tensor, "row context size"],
+        is_seen: Bool[Tensor, "row context"] | None = None,
     ) -> Float[Tensor, "row token size"]:
-        """The tokens, each with what it took from the context."""
-        tokens = tokens + self.attention(self.attention_norm(tokens), self.context_norm(context))
+        """The tokens, each with what it took from the context, or from what is seen of it."""
+        tokens = tokens + self.attention(self.attention_norm(tokens), self.context_norm(context), is_seen)
         return tokens + self.mlp(self.mlp_norm(tokens))
 
 

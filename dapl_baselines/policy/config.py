@@ -31,6 +31,9 @@ PAPER_STATE: Final[tuple[StatePart, ...]] = (
     "previous_action",
 )
 
+HISTORY_HEADS: Final = 4
+"""Heads by which the present frame looks at those before it."""
+
 LayerSize = Annotated[int, Field(ge=1, le=4096)]
 Layers = Annotated[tuple[LayerSize, ...], Field(min_length=1, max_length=8)]
 
@@ -47,6 +50,8 @@ class PolicyNetworkConfig(FileModel):
         attention_heads: Heads of the cross-attention; CORN has one.
         fusion_sizes: Hidden layers of the fusion MLP; the last is the size of ``g``.
         head_sizes: Hidden layers of the actor's and of the critic's head.
+        history: Frames that the policy sees: the present one, and those before it in the episode. The paper speaks of
+            temporal cues and gives no number; 1: no memory.
         initial_std: Standard deviation of the actions at first, as a share of the action scale.
         action_scale_rad: Residual at an output of 1; outputs beyond plus or minus 1 are clipped.
     """
@@ -59,6 +64,7 @@ class PolicyNetworkConfig(FileModel):
     attention_heads: int = Field(default=1, ge=1, le=64)
     fusion_sizes: Layers = (512, 256, 128)
     head_sizes: Layers = (64,)
+    history: int = Field(default=1, ge=1, le=16)
     initial_std: float = Field(default=1.0, gt=0, le=10)
     action_scale_rad: float = Field(default=0.1, gt=0, le=0.5)
 
@@ -68,6 +74,8 @@ class PolicyNetworkConfig(FileModel):
             raise ValueError("state_parts: a part is named twice")
         if ("object_states" in self.state_parts) != (self.objects > 0):
             raise ValueError("objects: give the number of objects exactly if state_parts has object_states")
+        if self.history > 1 and self.fusion_sizes[-1] % HISTORY_HEADS:
+            raise ValueError(f"fusion_sizes: with a history, the last is a multiple of {HISTORY_HEADS}")
         return self
 
     @property

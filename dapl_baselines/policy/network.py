@@ -1,7 +1,8 @@
 """The policy network (paper, "Details of Policy Learning", Architecture).
 
 Patch tokens ``Z`` of the points and the environment state ``s_env`` meet in a cross-attention whose queries come from
-``s_env``; its result and ``s_env`` are fused to ``g``, from which the actor and the critic read.
+``s_env``; its result and ``s_env`` are fused to ``g``, from which the actor and the critic read. With a history, what
+is fused is remembered as a frame, and ``g`` is made of the last frames.
 """
 
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from clutter6d.envs.action import ACTION_SIZE
 from clutter6d.errors import InvalidValueError
 from dapl_baselines.encoders.registry import Encoder, find_encoder
 from dapl_baselines.policy.config import PolicyNetworkConfig
+from dapl_baselines.policy.frame_attention import FrameAttention, features_of, make_frames
 from dapl_baselines.running_statistics import RunningStatistics
 
 STATE_BOUND: Final = 10.0
@@ -64,7 +66,7 @@ class StateCrossAttention(nn.Module):
 
 
 class Trunk(nn.Module):
-    """From ``s_env`` and ``Z`` to the representation ``g`` that actor and critic share.
+    """From ``s_env`` and ``Z`` to what is fused of them; without a history, the ``g`` that actor and critic share.
 
     Args:
         config: Sizes.
@@ -83,7 +85,7 @@ class Trunk(nn.Module):
     def forward(
         self, state: Float[Tensor, "row state"], tokens: Float[Tensor, "row token size"] | None = None
     ) -> Float[Tensor, "row fused"]:
-        """``g`` of each row.
+        """The fused features of each row.
 
         Args:
             state: ``s_env``, as observed.
@@ -96,7 +98,7 @@ class Trunk(nn.Module):
 
 
 class PolicyNetwork(nn.Module):
-    """The whole network: encoder, trunk, actor, critic, and the logarithm of the actions' standard deviation.
+    """The whole network: encoder, trunk, memory, actor, critic, and the logarithm of the actions' standard deviation.
 
     Args:
         config: Sizes and the encoder.
@@ -113,24 +115,54 @@ class PolicyNetwork(nn.Module):
         self.actor = make_head(config, ACTION_SIZE)
         self.critic = make_head(config, 1)
         self.log_std = make_log_std(config)
+        self.over_time = None if config.history == 1 else FrameAttention(config.fusion_sizes[-1], config.history)
 
     def forward(
-        self, state: Float[Tensor, "row state"], cloud: Float[Tensor, "row 1280 7"] | None = None
+        self,
+        state: Float[Tensor, "row state"],
+        cloud: Float[Tensor, "row 1280 7"] | None = None,
+        memory: Float[Tensor, "row past frame"] | None = None,
     ) -> Float[Tensor, "row 7"]:
         """The most likely joint residuals [rad].
 
         Args:
             state: ``s_env``, as observed.
             cloud: Target's, environment's and end effector's points; not needed without an encoder.
+            memory: The frames before this one, oldest first; ``None``: there are none.
         """
-        return self.config.action_scale_rad * self.actor(self.fuse(state, cloud)).clamp(-1, 1)
+        return self.act(self.window(self.see(state, cloud), memory))
 
-    def fuse(
+    @property
+    def frame_size(self) -> int:
+        """Numbers in a frame."""
+        return self.config.fusion_sizes[-1] + 1
+
+    def see(
         self, state: Float[Tensor, "row state"], cloud: Float[Tensor, "row 1280 7"] | None = None
-    ) -> Float[Tensor, "row fused"]:
-        """The representation ``g`` that actor and critic read; arguments as of :meth:`forward`."""
-        tokens = None if self.encoder is None or cloud is None else self.encoder(cloud)
-        return self.trunk(state, tokens)
+    ) -> Float[Tensor, "row frame"]:
+        """The frame of an observation, which is all that is remembered of it; arguments as of :meth:`forward`."""
+        return self.see_tokens(state, None if self.encoder is None or cloud is None else self.encoder(cloud))
+
+    def see_tokens(
+        self, state: Float[Tensor, "row state"], tokens: Float[Tensor, "row token size"] | None = None
+    ) -> Float[Tensor, "row frame"]:
+        """The frame of a state and of a cloud that is encoded already; arguments as of :class:`Trunk`."""
+        return make_frames(self.trunk(state, tokens))
+
+    def window(
+        self, frame: Float[Tensor, "row frame"], memory: Float[Tensor, "row past frame"] | None = None
+    ) -> Float[Tensor, "row history frame"]:
+        """The last frames, oldest first: those of a memory, and the present one; without a memory, it alone."""
+        past = frame.new_zeros(len(frame), self.config.history - 1, self.frame_size) if memory is None else memory
+        return torch.cat([past, frame[:, None]], dim=1)
+
+    def fuse(self, window: Float[Tensor, "row history frame"]) -> Float[Tensor, "row fused"]:
+        """The representation ``g`` that actor and critic read."""
+        return features_of(window[:, -1]) if self.over_time is None else self.over_time(window)
+
+    def act(self, window: Float[Tensor, "row history frame"]) -> Float[Tensor, "row 7"]:
+        """The most likely joint residuals [rad]."""
+        return self.config.action_scale_rad * self.actor(self.fuse(window)).clamp(-1, 1)
 
 
 def mlp(sizes: Sequence[int], *, ends_linear: bool = True) -> nn.Sequential:

@@ -9,12 +9,13 @@ from torch import Tensor
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
 from dapl_baselines.fixed_batches import forward_in_fixed_batches
+from dapl_baselines.policy.frame_memory import FrameMemory
 from dapl_baselines.policy.network import PolicyNetwork
 from dapl_baselines.policy.observation import cloud, object_states, state_vector
 
 
 class NetworkPolicy:
-    """Acts by the most likely action; keeps no memory, so slots cannot influence one another.
+    """Acts by the most likely action; remembers the frames of each slot by itself, if the network has a history.
 
     Args:
         network: The trained network.
@@ -26,6 +27,7 @@ class NetworkPolicy:
     def __init__(self, network: PolicyNetwork, policy_hash: str) -> None:
         self.policy_hash = policy_hash
         self._network, self._config = network.eval(), network.config
+        self._memory = FrameMemory(self._config.history, network.frame_size)
 
     @property
     def name(self) -> str:
@@ -37,12 +39,13 @@ class NetworkPolicy:
         """Whether it sees what only a simulation knows."""
         return self._config.is_privileged
 
-    def begin(self, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:
-        """Nothing to remember."""
+    def begin(self, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:  # noqa: ARG002
+        """Forget the frames of the episodes before."""
+        self._memory.forget(slots)
 
     def act(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:
         """Joint residuals [rad]."""
-        return forward_in_fixed_batches(self._network, *self._network_inputs(inputs))
+        return forward_in_fixed_batches(self._network.act, self._window(inputs))
 
     @property
     def latent_size(self) -> int:
@@ -51,7 +54,12 @@ class NetworkPolicy:
 
     def latents(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot fused"]:
         """The representation ``g`` that the actions are read from, which a student may learn to recover."""
-        return forward_in_fixed_batches(self._network.fuse, *self._network_inputs(inputs))
+        return forward_in_fixed_batches(self._network.fuse, self._window(inputs))
+
+    def _window(self, inputs: PolicyInput) -> Float32[Tensor, "slot history frame"]:
+        """The last frames of each slot, that of this observation among them."""
+        frames = forward_in_fixed_batches(self._network.see, *self._network_inputs(inputs))
+        return self._memory.remember(inputs.slots, inputs.steps, frames)
 
     def _network_inputs(self, inputs: PolicyInput) -> list[Tensor]:
         seen: dict[str, object] = dict(inputs.observation or {})

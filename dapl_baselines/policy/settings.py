@@ -2,7 +2,7 @@
 
 from typing import Final, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from clutter6d.envs.action import ActionConfig
 from clutter6d.envs.action_scale import ActionScaleCurriculum
@@ -81,6 +81,12 @@ class TrainingSettings(FileModel):
     encoder_precision: Literal["float32", "bfloat16"] = "bfloat16"
     evaluate_every: int = Field(default=500, ge=1)
     stored_precision: Precision = "float32"
+
+    @model_validator(mode="after")
+    def _check(self) -> "TrainingSettings":
+        if self.network.history > 1:
+            raise ValueError("network.history: PPO trains policies without a memory; distil one that has it")
+        return self
 
     def env(self) -> EnvConfig:
         """The environment's configuration."""

@@ -18,7 +18,7 @@ from tests.dapl_baselines.policy.networks import SMALL_ENCODER, STATE_ONLY
 from tests.scene_fixtures import make_box_scene_set
 
 SETTINGS = DistillationSettings(
-    network=STATE_ONLY.model_copy(update={"state_parts": STUDENT_STATE}),
+    network=STATE_ONLY.model_copy(update={"state_parts": STUDENT_STATE, "history": 3}),
     envs=4,
     steps_per_env=4,
     iterations=8,

@@ -15,9 +15,9 @@ def test_the_newest_rows_take_the_place_of_the_oldest(tmp_path):
     replay = Replay(tmp_path, batch(0), 5)
     for first in (0, 3, 6):
         replay.add(batch(first, first + 1, first + 2))
-    assert (len(replay), replay.count) == (5, 9)
-    rows = replay.take(np.arange(5))
-    assert sorted(rows["state"][:, 0].tolist()) == [4, 5, 6, 7, 8]
+    assert (replay.fields, replay.count) == (("state", "stored"), 9)
+    rows = replay.take(np.arange(4, 9), replay.fields)
+    assert rows["state"][:, 0].tolist() == [4, 5, 6, 7, 8]
     assert torch.equal(rows["state"][:, :1], rows["stored"].float())
 
 
@@ -26,7 +26,7 @@ def test_rows_outlive_the_process_and_are_made_again_in_their_places(tmp_path):
     again = Replay(tmp_path, batch(0), 4)
     again.count = 2
     again.add(batch(7))
-    assert again.take(np.arange(3))["state"][:, 0].tolist() == [1, 2, 7]
+    assert again.take(np.arange(3), ["state"])["state"][:, 0].tolist() == [1, 2, 7]
 
 
 @pytest.mark.parametrize("content", [b"", b"no rows", None])

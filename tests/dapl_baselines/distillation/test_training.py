@@ -105,7 +105,7 @@ def test_the_encoder_learns_only_if_asked_to(tmp_path, trains_encoder):
     after = encoder.state_dict()
     assert any(not torch.equal(after[name], tensor) for name, tensor in before.items()) == trains_encoder
     stored = np.load(tmp_path / "run" / "replay" / "stored.npy", mmap_mode="r")
-    assert stored.shape == ((4, 1280, 7) if trains_encoder else (4, 40, 16))
+    assert stored.shape == ((12, 1280, 7) if trains_encoder else (12, 40, 16))
 
 
 def test_the_student_can_be_evaluated(unbroken, tmp_path):

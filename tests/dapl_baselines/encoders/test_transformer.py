@@ -23,6 +23,16 @@ def test_attention_is_a_softmax_over_scaled_products(queries, keys):
     assert np.allclose(attend(*make_heads(queries, keys)).numpy(), expected, atol=1e-5)
 
 
+def test_attention_to_what_is_seen_is_attention_without_the_rest():
+    q, k, v = make_heads(2, 5)
+    is_seen = torch.tensor([[0, 1, 0, 1, 1], [1, 1, 1, 1, 1], [0, 0, 0, 0, 1]]).bool()
+    for row, seen in enumerate(is_seen):
+        alone = attend(q[row, None], k[row, None, :, seen], v[row, None, :, seen])[0]
+        assert torch.allclose(attend(q, k, v, is_seen)[row], alone, atol=1e-6)
+    other = torch.where(is_seen[:, None, :, None], v, 1e6)
+    assert torch.equal(attend(q, k, other, is_seen), attend(q, k, v, is_seen))
+
+
 def test_attention_and_its_slopes_are_those_of_torch():
     ours = [tensor.requires_grad_() for tensor in make_heads(5, 6)]
     theirs = [tensor.requires_grad_() for tensor in make_heads(5, 6)]

@@ -9,6 +9,7 @@ from dapl_baselines.policy.network import PolicyNetwork
 SMALL_ENCODER = DaplEncoderConfig(patch_hidden_sizes=(8, 16), token_size=16, blocks=1, heads=2)
 STATE_ONLY = PolicyNetworkConfig(fusion_sizes=(32, 16), head_sizes=(8,))
 WITH_POINTS = STATE_ONLY.model_copy(update={"encoder": SMALL_ENCODER, "query_tokens": 2, "attention_heads": 2})
+WITH_MEMORY = WITH_POINTS.model_copy(update={"history": 3})
 
 
 def make_network(config: PolicyNetworkConfig, seed: int = 0) -> PolicyNetwork:

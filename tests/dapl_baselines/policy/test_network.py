@@ -6,7 +6,7 @@ from clutter6d.errors import InvalidValueError
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import STATE_BOUND, PolicyNetwork, StateCrossAttention
-from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_POINTS, count, make_inputs, make_network
+from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_MEMORY, WITH_POINTS, count, make_inputs, make_network
 
 
 def test_the_papers_state_has_44_numbers_and_each_part_can_be_left_out():
@@ -28,6 +28,9 @@ def test_the_papers_state_has_44_numbers_and_each_part_can_be_left_out():
         {"query_tokens": 0},
         {"fusion_sizes": (10**6,)},
         {"encoder": {"name": "corm"}},
+        {"history": 0},
+        {"history": 17},
+        {"history": 2, "fusion_sizes": (18,)},
     ],
 )
 def test_a_configuration_that_makes_no_network_is_refused(wrong):
@@ -50,6 +53,31 @@ def test_parameter_counts_are_those_of_the_layers_of_the_paper(queries):
     assert count(network.trunk) == attention + fusion
     assert (count(network.actor), count(network.critic)) == (129 * 64 + 65 * 7, 129 * 64 + 65)
     assert network.log_std.shape == (7,)
+
+
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])
+@torch.no_grad()
+def test_without_a_history_it_is_the_trunk_and_the_heads(config):
+    network, (state, *points) = make_network(config), make_inputs(config, 5)
+    assert not any(name.startswith("over_time") for name in network.state_dict())
+    fused = network.trunk(state, *(network.encoder(cloud) for cloud in points))
+    assert torch.equal(network(state, *points), 0.1 * network.actor(fused).clamp(-1, 1))
+    assert torch.equal(network.fuse(network.window(network.see(state, *points))), fused)
+
+
+def test_a_history_leaves_all_other_weights_as_they_would_be_drawn():
+    weights, others = (make_network(config).state_dict() for config in (WITH_POINTS, WITH_MEMORY))
+    assert all(torch.equal(others[name], tensor) for name, tensor in weights.items())
+
+
+@torch.no_grad()
+def test_what_is_remembered_counts():
+    network, memory = make_network(WITH_MEMORY), torch.zeros(4, 2, 17)
+    actions = network(*make_inputs(WITH_MEMORY, 4))
+    assert torch.equal(network(*make_inputs(WITH_MEMORY, 4), memory), actions)
+    memory[1, 1] = network.see(*make_inputs(WITH_MEMORY, 1, seed=1))[0]
+    changed = network(*make_inputs(WITH_MEMORY, 4), memory)
+    assert [torch.equal(one, other) for one, other in zip(actions, changed, strict=True)] == [True, False, True, True]
 
 
 @pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])

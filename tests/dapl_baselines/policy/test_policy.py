@@ -13,9 +13,9 @@ from dapl_baselines.checkpoint import read_checkpoint, write_checkpoint
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.fixed_batches import BATCH_ROWS, forward_in_fixed_batches
 from dapl_baselines.policy.config import PolicyNetworkConfig
-from dapl_baselines.policy.observation import object_states
+from dapl_baselines.policy.observation import CLOUD_PARTS, object_states
 from dapl_baselines.policy.policy import NetworkPolicy
-from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_POINTS, make_inputs, make_network
+from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_MEMORY, WITH_POINTS, make_inputs, make_network
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
 
 FULL_WIDTH = PolicyNetworkConfig(encoder=DaplEncoderConfig(blocks=2))
@@ -72,7 +72,56 @@ def test_object_states_from_the_simulations_state_are_those_of_the_observation()
     assert np.array_equal(object_states(states, scenes), observation["object_states"])
 
 
-@pytest.mark.parametrize(("config", "name"), [(STATE_ONLY, "state-policy"), (WITH_POINTS, "dapl-policy")])
+def step_inputs(inputs: tuple[torch.Tensor, ...], slots: list[int], step: int) -> PolicyInput:
+    """An observation of which the policy takes but one part of the state, and the points."""
+    state, cloud = (part.numpy() for part in inputs)
+    points = np.split(cloud, [512, 1024], axis=1)
+    return PolicyInput(
+        slots=np.array(slots),
+        episodes=(),
+        steps=np.full(len(slots), step),
+        observation={"relative_goal": state, **dict(zip(CLOUD_PARTS, points, strict=True))},
+        states=None,
+    )
+
+
+def test_a_policy_with_a_memory_acts_as_its_network_on_the_last_frames_whatever_other_slots_do():
+    config = WITH_MEMORY.model_copy(update={"state_parts": ("relative_goal",)})
+    network, steps = make_network(config), 5
+    policy, alone = (NetworkPolicy(network, "0" * 64) for _ in range(2))
+    seen = [make_inputs(config, 3, seed=step) for step in range(steps)]
+    policy.begin(np.array([0, 1, 2]), ())
+    alone.begin(np.array([7]), ())
+    frames = []
+    for step, (state, cloud) in enumerate(seen):
+        if step == 3:
+            policy.begin(np.array([0, 1]), ())
+        slots, order = ([0, 1, 2], [1, 0, 2]) if step % 2 else ([2, 0, 1], [2, 0, 1])
+        actions = policy.act(step_inputs((state[order], cloud[order]), slots, step))
+        own = step_inputs((state[2:], cloud[2:]), [7], step)
+        assert np.array_equal(alone.act(own)[0], actions[slots.index(2)])
+        with torch.no_grad():
+            frames.append(network.see(state[2:], cloud[2:])[0])
+            window = torch.stack(([torch.zeros(17)] * 2 + frames)[-3:])
+            expected = network.act(window[None])[0]
+            np.testing.assert_allclose(actions[slots.index(2)], expected, atol=1e-6)
+            np.testing.assert_allclose(alone.latents(own)[0], network.fuse(window[None])[0], atol=1e-5)
+
+
+def test_checkpoints_from_before_there_was_a_history_are_read_as_they_were(tmp_path):
+    network = make_network(WITH_POINTS)
+    write_checkpoint(tmp_path / "x.pt", architecture="policy-network", config=WITH_POINTS, module=network)
+    content = torch.load(tmp_path / "x.pt", weights_only=True)
+    del content["config"]["history"]
+    torch.save(content, tmp_path / "old.pt")
+    old, inputs = read_checkpoint(tmp_path / "old.pt").module, make_inputs(WITH_POINTS, 3)
+    with torch.no_grad():
+        assert torch.equal(old.eval()(*inputs), network(*inputs))
+
+
+@pytest.mark.parametrize(
+    ("config", "name"), [(STATE_ONLY, "state-policy"), (WITH_POINTS, "dapl-policy"), (WITH_MEMORY, "dapl-policy")]
+)
 def test_evaluate_and_replay_take_its_checkpoint(tmp_path, config, name):
     write_checkpoint(tmp_path / "x.pt", architecture="policy-network", config=config, module=make_network(config))
     assert load_policy(str(tmp_path / "x.pt")).name == name

@@ -1,4 +1,7 @@
-from dapl_baselines.policy.settings import PRESETS
+import pytest
+from pydantic import ValidationError
+
+from dapl_baselines.policy.settings import PRESETS, TrainingSettings
 
 
 def test_the_paper_preset_is_the_papers_table():
@@ -36,3 +39,8 @@ def test_a_teacher_without_points_asks_the_environment_for_the_true_states():
     teacher = network.model_copy(update={"state_parts": (*network.state_parts, "object_states"), "objects": 4})
     assert PRESETS["laptop"].model_copy(update={"network": teacher}).env().has_object_states
     assert not PRESETS["laptop"].env().has_object_states
+
+
+def test_ppo_has_no_use_for_a_memory():
+    with pytest.raises(ValidationError, match="PPO trains policies without a memory"):
+        TrainingSettings.model_validate({"network": {"history": 2}})
