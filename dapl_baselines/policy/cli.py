@@ -13,6 +13,7 @@ from dapl_baselines.devices import find_device
 from dapl_baselines.policy.config import StatePart
 from dapl_baselines.policy.encoder_source import open_encoder
 from dapl_baselines.policy.iteration_report import IterationReport
+from dapl_baselines.policy.policy_start import open_start
 from dapl_baselines.policy.settings import PRESETS, TrainingSettings
 from dapl_baselines.policy.training import PolicyTraining
 from dapl_baselines.preset_choices import find_preset, with_choices
@@ -27,6 +28,9 @@ def train_policy(
             help="none; dapl, with random weights; or the .pt of a world model or policy, whose encoder it is."
         ),
     ] = "none",
+    start: Annotated[
+        Path | None, typer.Option(help="A policy's .pt to begin with: its weights, all but the encoder's.")
+    ] = None,
     preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
     split: Annotated[
         str, typer.Option(help="A frozen training split or a folder of scenes; one scene of 16 is held out.")
@@ -56,6 +60,7 @@ def train_policy(
     """Train a policy by PPO on a frozen encoder; killed at any time, the same command goes on as if it had not been."""
     find_device(device)
     scenes, source = open_training_scenes(split), open_encoder(encoder, seed)
+    begun_with = None if start is None else open_start(start)
     settings = with_choices(
         find_preset(PRESETS, preset), envs=envs, iterations=iterations, seed=seed, stored_precision=precision
     )
@@ -66,7 +71,14 @@ def train_policy(
         bar = progress.add_task("training", total=settings.iterations, completed=0)
         observe = BarsByName(progress).update
         training = PolicyTraining(
-            scenes, settings, out, encoder=source, device=device, threads=threads, observe=observe
+            scenes,
+            settings,
+            out,
+            encoder=source,
+            start=begun_with,
+            device=device,
+            threads=threads,
+            observe=observe,
         )
         progress.update(bar, completed=training.standing.iteration)
         with closing(training.run()) as reports:

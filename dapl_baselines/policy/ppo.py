@@ -120,6 +120,21 @@ class UnifiedPPO(PPO):
         super().__init__(actor, critic, storage, **options)
 
 
+def begin_with(network: PolicyNetwork, algorithm: UnifiedPPO) -> None:
+    """Put a network's weights in the place of random ones, all but its encoder's: state query, fusion, heads and std.
+
+    Args:
+        network: Made as the algorithm's models are.
+        algorithm: What goes on with them.
+    """
+    actor, critic = cast(PolicyActor, algorithm.actor), cast(PolicyCritic, algorithm.critic)
+    actor.trunk.load_state_dict(network.trunk.state_dict())
+    actor.head.load_state_dict(network.actor.state_dict())
+    critic.head.load_state_dict(network.critic.state_dict())
+    with torch.no_grad():
+        actor.log_std.copy_(network.log_std)
+
+
 def assemble(config: PolicyNetworkConfig, algorithm: UnifiedPPO, encoder: nn.Module | None) -> PolicyNetwork:
     """A network of its own with the weights as they are now, on the CPU.
 

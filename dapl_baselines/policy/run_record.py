@@ -21,6 +21,7 @@ class RunRecord(FileModel):
         training_sha256: The scenes trained on.
         validation_sha256: The scenes watched on.
         encoder_sha256: The frozen encoder's weights; empty without one.
+        start_sha256: Those of the policy that it begins with; empty: random ones.
         device: Where it runs: ``"cpu"`` or ``"cuda"``.
     """
 
@@ -29,6 +30,7 @@ class RunRecord(FileModel):
     training_sha256: str
     validation_sha256: str
     encoder_sha256: str
+    start_sha256: str = ""
     device: str
 
 

@@ -21,7 +21,8 @@ from dapl_baselines.curves import Curves
 from dapl_baselines.look import POLICY_FILE, look_at
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.iteration_report import IterationReport
-from dapl_baselines.policy.ppo import UnifiedPPO, assemble
+from dapl_baselines.policy.policy_start import PolicyStart, history_before
+from dapl_baselines.policy.ppo import UnifiedPPO, assemble, begin_with
 from dapl_baselines.policy.rollout_env import make_rollout_env
 from dapl_baselines.policy.rsl_runner import Rank, make_runner
 from dapl_baselines.policy.run_record import RunRecord, claim_folder
@@ -46,6 +47,7 @@ class PolicyTraining:
         settings: Everything the user chooses; its network's encoder is replaced by that of ``encoder``.
         out: The folder.
         encoder: The frozen encoder; ``None``: the policy sees no points.
+        start: The policy it begins with; ``None``: random weights.
         device: ``"cpu"`` or ``"cuda"``.
         threads: Threads of the simulation; 0 for all cores.
         save_seconds: Time between two states on disk.
@@ -55,7 +57,8 @@ class PolicyTraining:
         standing: How far it is.
 
     Raises:
-        InvalidValueError: The folder holds a training with other settings, or something else.
+        InvalidValueError: The folder holds a training with other settings, or something else; or ``start`` is a policy
+            of another kind.
         InvalidFileError: A file in it is damaged.
         StorageError: It cannot be written.
     """
@@ -67,14 +70,16 @@ class PolicyTraining:
         out: Path,
         *,
         encoder: EncoderSource | None = None,
+        start: PolicyStart | None = None,
         device: str = "cpu",
         threads: int = 0,
         save_seconds: float = SAVE_SECONDS,
         observe: Observer = ignore,
     ) -> None:
         network = settings.network.model_copy(update={"encoder": encoder and encoder.config})
+        network = network if start is None else start.fitted(network)
         self.settings = settings.model_copy(update={"network": network})
-        self._scenes, self._out, self._source = scenes, out, encoder
+        self._scenes, self._out, self._source, self._start = scenes, out, encoder, start
         self._threads, self._observe = threads, observe
         self._save_seconds, self._saved_at = save_seconds, time.monotonic()
         self._rank = Rank.of_environment(device)
@@ -84,6 +89,8 @@ class PolicyTraining:
             scenes.training, self.settings, encoder, device=self._rank.device, rank=self._rank.index, threads=threads
         )
         self._runner = make_runner(self._env, self.settings, self._rank)
+        if start is not None:
+            begin_with(start.network, cast(UnifiedPPO, self._runner.alg))
         self._state: dict[str, object] | None = None
         self.standing = Standing()
         if (out / STATE_FILE).is_file():
@@ -157,7 +164,6 @@ class PolicyTraining:
         scale = {"action_scale_rad": self._env.envs.action_scale_rad}
         config = self.settings.network.model_copy(update=scale)
         network = assemble(config, cast(UnifiedPPO, self._runner.alg), self._source and self._source.module)
-        before = () if self._source is None else self._source.history
         record = TrainingRecord(
             method="ppo",
             steps=self._environment_steps,
@@ -172,7 +178,7 @@ class PolicyTraining:
             architecture=ARCHITECTURE,
             config=config,
             module=network,
-            history=(*before, record),
+            history=(*history_before(self._source, self._start), record),
             precision=self.settings.stored_precision,
         )
 
@@ -187,5 +193,6 @@ class PolicyTraining:
             training_sha256=self._scenes.training.sha256,
             validation_sha256=self._scenes.validation.sha256,
             encoder_sha256="" if self._source is None else self._source.sha256,
+            start_sha256="" if self._start is None else self._start.sha256,
             device=device,
         )

@@ -171,6 +171,6 @@ def test_a_state_is_read_without_running_what_it_holds(unbroken, tmp_path):
 def test_run_json_names_everything_that_counts(unbroken):
     record = json.loads((unbroken / "run.json").read_text())
     assert set(record) == {
-        "schema_version", "settings", "training_sha256", "validation_sha256", "encoder_sha256", "device"
+        "schema_version", "settings", "training_sha256", "validation_sha256", "encoder_sha256", "start_sha256", "device"
     }  # fmt: skip
     assert record["settings"]["network"]["encoder"]["name"] == "dapl"
