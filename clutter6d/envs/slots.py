@@ -157,7 +157,7 @@ class ClutterSlots:
         if motion.states.shape != self.batch.states.shape:
             found, expected = motion.states.shape, self.batch.states.shape
             raise InvalidValueError(f"a motion of shape {found} cannot be taken up by slots of shape {expected}")
-        self.batch.states[:] = motion.states
+        self.batch.put(np.arange(self.size), motion.states)
         self.steps[:] = motion.steps
         self.previous_actions[:] = motion.previous_actions
         self._targets_before[:] = motion.targets_before
@@ -192,7 +192,8 @@ class ClutterSlots:
         except mujoco.batch.SimulationError as error:
             failed[error.ids] = True
         failed[self.batch.unstable_slots()] = True
-        self.batch.states[slots[failed[slots]]] = before[failed[slots]]
+        if failed.any():
+            self.batch.put(slots[failed[slots]], before[failed[slots]])
         return failed[slots]
 
     def stop_arm(self, slots: Slots) -> None:

@@ -1,7 +1,7 @@
 """Which scene and goal pair an episode is: drawn from a split by a named stream, or chosen."""
 
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from clutter6d.assets.asset import Asset
@@ -31,25 +31,36 @@ class Task:
         return {asset.content_hash: asset for asset in self.model.assets}
 
 
+def _as_it_is(scene: SceneModel) -> SceneModel:
+    return scene
+
+
 class TaskSource:
     """Tasks of a collection of scenes; compiled models are kept, those not used for longest are forgotten first.
 
     Args:
         scenes: Where scenes and assets come from.
         kept_models: Compiled models kept, about 1.4 MB (sparse) to 3.2 MB (dense) each.
+        prepare: Makes what is simulated of a compiled scene.
 
     Raises:
         InvalidValueError: There is no scene, or nothing may be kept.
     """
 
-    def __init__(self, scenes: SceneCollection, *, kept_models: int = 1024) -> None:
+    def __init__(
+        self,
+        scenes: SceneCollection,
+        *,
+        kept_models: int = 1024,
+        prepare: Callable[[SceneModel], SceneModel] = _as_it_is,
+    ) -> None:
         if kept_models < 1:
             raise InvalidValueError(f"kept models is {kept_models}; at least 1 is needed")
         self._collection, self._scenes = scenes, scenes.scenes
         if not self._scenes:
             raise InvalidValueError("there are no scenes to draw tasks from")
         self._by_id = {scene.scene_id: scene for scene in self._scenes}
-        self._kept, self._models = kept_models, OrderedDict[str, SceneModel]()
+        self._kept, self._prepare, self._models = kept_models, prepare, OrderedDict[str, SceneModel]()
 
     @property
     def sha256(self) -> str:
@@ -87,7 +98,8 @@ class TaskSource:
 
     def _make(self, scene: Scene, pair_index: int) -> Task:
         if scene.scene_id not in self._models:
-            self._models[scene.scene_id] = compile_stored_scene(scene, self._collection.assets_of(scene))
+            compiled = compile_stored_scene(scene, self._collection.assets_of(scene))
+            self._models[scene.scene_id] = self._prepare(compiled)
             if len(self._models) > self._kept:
                 self._models.popitem(last=False)
         self._models.move_to_end(scene.scene_id)

@@ -26,7 +26,9 @@ class SceneBatch:
     frame, as MuJoCo has it.
 
     Args:
-        scenes: The scene of each slot; all with as many objects.
+        scenes: The scene of each slot; all with as many objects. If its objects may sleep
+            (:func:`clutter6d.sim.model_variation.let_sleep`), who sleeps is remembered from step to step, outside the
+            states.
         threads: Threads that step slots at once; 0 for all cores.
 
     Raises:
@@ -37,7 +39,8 @@ class SceneBatch:
         if not scenes or len({scene.object_count for scene in scenes}) != 1:
             raise InvalidValueError("a batch needs at least one scene, and all scenes with the same number of objects")
         self.scenes = list(scenes)
-        self._batch = Batch(scenes[0].model, len(scenes), threads)
+        self._can_sleep = bool(scenes[0].model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP)
+        self._batch = Batch(scenes[0].model, len(scenes), threads, self._can_sleep)
         self._batch.set_models([scene.model for scene in scenes])
         objects = scenes[0].object_count
         qpos, qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
@@ -57,7 +60,7 @@ class SceneBatch:
 
     @property
     def states(self) -> Float64[np.ndarray, "slot state"]:
-        """The full integration state of every slot, a live view."""
+        """The full integration state of every slot, a live view; where objects may sleep, write with :meth:`put`."""
         return self._batch.state
 
     def load(self, slots: Slots, scenes: Sequence[SceneModel]) -> None:
@@ -73,11 +76,17 @@ class SceneBatch:
         arm_qpos: Float64[np.ndarray, "7"] = HOME_QPOS,
     ) -> None:
         """Set slots to given poses at rest, with the arm at rest and its targets where it is."""
-        self.states[slots] = 0
+        self.put(slots, 0.0)
         self._batch.warning[slots] = 0
         self.arm_qpos[slots] = arm_qpos
         self.joint_targets[slots] = arm_qpos
         self.object_poses[slots] = object_poses
+
+    def put(self, slots: Slots, states: Float64[np.ndarray, "slot state"] | float) -> None:
+        """Set the full states of slots; who slept is awake."""
+        if self._can_sleep:
+            self._batch.reset(slots, stage=int(mujoco.mjtStage.mjSTAGE_NONE))
+        self.states[slots] = states
 
     def step(self, slots: Slots | None = None, *, physics_steps: int = PHYSICS_STEPS_PER_CONTROL_STEP) -> None:
         """Advance slots (default: all); one control step of 0.1 s by default.

@@ -15,6 +15,8 @@ from jaxtyping import Float, Float64
 from clutter6d.errors import InvalidValueError, UnknownNameError
 from clutter6d.sim.scene_model import SceneModel
 
+SLEEP_TOLERANCE_M_S = 1e-3
+"""Velocity below which an object may fall asleep; MuJoCo's own 0.1 mm/s is seldom reached by objects on a table."""
 _AABB_CENTRE_Z = 2
 """A bounding box is its centre, then its half sizes."""
 
@@ -54,6 +56,18 @@ def vary_model(
     if table_height_m is not None:
         set_table_height(model, table_height_m)
     mujoco.mj_setConst(model, mujoco.MjData(model))
+    return replace(scene, model=model)
+
+
+def let_sleep(scene: SceneModel) -> SceneModel:
+    """A copy whose objects are not simulated while they are at rest and untouched; for training.
+
+    Sparse scenes run two to three times as fast. What happens in them is no longer the benchmark's to the bit: an object
+    that creeps by less than 1 mm/s stands still.
+    """
+    model = copy.copy(scene.model)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    model.opt.sleep_tolerance = SLEEP_TOLERANCE_M_S
     return replace(scene, model=model)
 
 

@@ -10,19 +10,19 @@ from dapl_baselines.planners.config import CostConfig
 
 def goal_cost(
     target_poses: Float64[np.ndarray, "sample 7"],
-    goal: Float64[np.ndarray, "7"],
+    goal: Float64[np.ndarray, "*#sample 7"],
     rotation_weight_per_rad: float,
     config: CostConfig,
 ) -> Float64[np.ndarray, "sample"]:
-    """Price of the distance to the goal, zero within the dead bands of both errors."""
+    """Price of the distance to the goal, or to each row's own, zero within the dead bands of both errors."""
     errors = goal_errors(target_poses, np.broadcast_to(goal, target_poses.shape))
     position = np.maximum(errors.position_m - config.position_dead_band_m, 0.0)
-    rotation = np.maximum(rotation_cost_rad(target_poses[:, 3:], goal[3:]) - config.rotation_dead_band_rad, 0.0)
+    rotation = np.maximum(rotation_cost_rad(target_poses[:, 3:], goal[..., 3:]) - config.rotation_dead_band_rad, 0.0)
     return config.position_weight_per_m * position + rotation_weight_per_rad * rotation
 
 
 def rotation_cost_rad(
-    quats: Float64[np.ndarray, "sample 4"], goal_quat: Float64[np.ndarray, "4"]
+    quats: Float64[np.ndarray, "sample 4"], goal_quat: Float64[np.ndarray, "*#sample 4"]
 ) -> Float64[np.ndarray, "sample"]:
     """Tilt and turn about the vertical, ``hypot(tilt, turn cos^2(tilt / 2))`` [rad]; near the goal, the rotation error.
 

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from clutter6d.geometry import quat_to_matrix
-from clutter6d.sim.robot import hand_jacobian, hand_pose
+from clutter6d.sim.kinematics import HandKinematics, hand_kinematics
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
 
 ROTATION_WEIGHT_M = 0.09
@@ -24,7 +24,7 @@ def servo_residuals(
     hand_rotations: Float64[np.ndarray, "n 3 3"],
     speed_m: Float64[np.ndarray, "n"],
 ) -> Float64[np.ndarray, "n 7"]:
-    """Residuals of one control step towards a target.
+    """Residuals of one control step towards a target: the joint steps that would reach it if the arm followed at once.
 
     Args:
         arm_qpos: Joint angles [rad].
@@ -32,11 +32,20 @@ def servo_residuals(
         hand_rotations: How the hand shall be turned, hand frame to world frame.
         speed_m: Largest movement of the tips in this step.
     """
-    pose, jacobian = hand_pose(arm_qpos), hand_jacobian(arm_qpos)
-    rotation, tip = quat_to_matrix(pose[:, 3:]), tip_positions(pose)
-    lever = (tip - pose[:, :3])[:, None]
-    angular = jacobian[:, 3:].transpose(0, 2, 1)
-    linear = jacobian[:, :3].transpose(0, 2, 1) + np.cross(angular, lever)
+    return joint_steps(hand_kinematics(arm_qpos), tip_targets, hand_rotations, speed_m)
+
+
+def joint_steps(
+    hand: HandKinematics[np.ndarray],
+    tip_targets: Float64[np.ndarray, "n 3"],
+    hand_rotations: Float64[np.ndarray, "n 3 3"],
+    speed_m: Float64[np.ndarray, "n"],
+) -> Float64[np.ndarray, "n 7"]:
+    """Movements of the joints [rad] that take the hand towards a target; arguments as of :func:`servo_residuals`."""
+    rotation, tip = quat_to_matrix(hand.pose[:, 3:]), tip_positions(hand.pose)
+    lever = (tip - hand.pose[:, :3])[:, None]
+    angular = hand.jacobian[:, 3:].transpose(0, 2, 1)
+    linear = hand.jacobian[:, :3].transpose(0, 2, 1) + np.cross(angular, lever)
     step = tip_targets - tip
     length = np.sqrt((step**2).sum(axis=-1, keepdims=True))
     step = step * np.minimum(1.0, speed_m[:, None] / np.maximum(length, 1e-9))
