@@ -60,7 +60,9 @@ class StateCrossAttention(nn.Module):
         part, parts = self._size // self._heads, (self._heads, -1, self._size)
         queries = self.to_queries(state).unflatten(1, (-1, self._heads, part))
         asked = torch.einsum("rqhp,hps->rqhs", queries, self.to_keys.weight.view(parts))
-        looks = scaled_dot_product_attention(asked.flatten(1, 2), tokens, tokens, scale=part**-0.5).view_as(asked)
+        # With an axis of one head: without it, the sum is slower, and ONNX does not know it.
+        seen = tokens[:, None]
+        looks = scaled_dot_product_attention(asked.flatten(1, 2)[:, None], seen, seen, scale=part**-0.5).view_as(asked)
         values = torch.einsum("rqhs,hps->rqhp", looks, self.to_values.weight.view(parts)).flatten(2)
         return self.project(values + self.to_values.bias).flatten(1)
 

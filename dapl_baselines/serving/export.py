@@ -6,6 +6,7 @@ import logging
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -22,6 +23,7 @@ from dapl_baselines.serving.manifest import (
     ACTIONS,
     FILES,
     MANIFEST_FILE,
+    NEXT_MEMORY_NAME,
     ExportedFile,
     ExportManifest,
     Format,
@@ -34,10 +36,12 @@ from dapl_baselines.serving.onnx_policy import open_session
 TOLERANCE_RAD: Final = 1e-4
 """Largest difference of an action that an export may have: a thousandth of the action scale. Runtimes sum in another
 order, so the last bits differ."""
-TRIALS: Final = 8
+TRIALS: Final = 20
+"""Observations that follow one another: more than a policy can remember."""
 
 Rows = Sequence[Float32[np.ndarray, "1 ..."]]
-Runner = Callable[[Rows], Float32[np.ndarray, "1 7"]]
+Runner = Callable[[Rows], Rows]
+"""From an observation's entries and the memory, if there is one, to the actions and the next memory."""
 
 
 class ExportError(Clutter6DError):
@@ -57,8 +61,9 @@ def export_policy(checkpoint: Path, out: Path, formats: Sequence[Format]) -> Ite
         ExportError: An exported file gives other actions than the checkpoint.
     """
     module, policy_hash = read_observation_module(checkpoint)
-    specs = input_specs(module.fields)
-    trials = [trial_observation(specs, seed) for seed in range(TRIALS)]
+    inputs = input_specs(module.fields)
+    specs = inputs if module.memory is None else (*inputs, module.memory)
+    trials = [trial_observation(inputs, seed) for seed in range(TRIALS)]
     files: list[ExportedFile] = []
     for kind in formats:
         content = EXPORTERS[kind](module, specs, policy_hash)
@@ -69,7 +74,8 @@ def export_policy(checkpoint: Path, out: Path, formats: Sequence[Format]) -> Ite
     manifest = ExportManifest(
         policy=module.name,
         policy_hash=policy_hash,
-        inputs=specs,
+        inputs=inputs,
+        memory=module.memory,
         action_scale_rad=module.action_scale_rad,
         files=tuple(files),
         clutter6d=__version__,
@@ -86,7 +92,7 @@ def to_onnx(module: ObservationModule, specs: Sequence[TensorSpec], policy_hash:
             dynamo=True,
             verbose=False,
             input_names=[spec.name for spec in specs],
-            output_names=[ACTIONS.name],
+            output_names=[ACTIONS.name, *([] if module.memory is None else [NEXT_MEMORY_NAME])],
         )
     program.model.metadata_props.update(policy_hash=policy_hash, clutter6d=__version__)
     return cast(bytes, program.model_proto.SerializeToString())
@@ -112,7 +118,7 @@ def run_onnx(content: bytes) -> Runner:
     """An ONNX file as a function of an observation's entries."""
     session = open_session(content)
     names = [item.name for item in session.get_inputs()]
-    return lambda rows: session.run(None, dict(zip(names, rows, strict=True)))[0]
+    return lambda rows: session.run(None, dict(zip(names, rows, strict=True)))
 
 
 EXPORTERS: Final = {"onnx": to_onnx, "torchscript": to_torchscript}
@@ -125,24 +131,39 @@ def trial_observation(specs: Sequence[TensorSpec], seed: int) -> Rows:
     return [rng.normal(scale=0.2, size=spec.shape).astype(np.float32) for spec in specs]
 
 
+def play(run: Runner, trials: Sequence[Rows], memory: TensorSpec | None) -> Float32[np.ndarray, "trial 7"]:
+    """The actions on observations that follow one another in an episode.
+
+    Args:
+        run: The policy.
+        trials: Entries of the observations.
+        memory: What it remembers; ``None``: nothing.
+    """
+    actions: list[np.ndarray] = []
+    remembered = [] if memory is None else [np.zeros(memory.shape, dtype=np.float32)]
+    for rows in trials:
+        action, *remembered = run([*rows, *remembered])
+        actions.append(action)
+    return np.concatenate(actions)
+
+
 def _compare(kind: Format, module: ObservationModule, content: bytes, trials: Sequence[Rows]) -> float:
     """The largest difference of any action [rad].
 
     Raises:
         ExportError: It is too large.
     """
-    runner = RUNNERS[kind](content)
-    differences = [float(np.abs(runner(rows) - _run(module, rows)).max()) for rows in trials]
-    largest = max(differences)
+    found, expected = (play(run, trials, module.memory) for run in (RUNNERS[kind](content), partial(_run, module)))
+    largest = float(np.abs(found - expected).max())
     if not largest <= TOLERANCE_RAD:
         raise ExportError(f"the {kind} export gives actions that are {largest:.2g} rad off; it was not written")
     return largest
 
 
-def _run(module: Any, rows: Rows) -> Float32[np.ndarray, "1 7"]:
+def _run(module: Any, rows: Rows) -> Rows:
     with torch.inference_mode():
-        actions: Tensor = module(*(torch.from_numpy(row.copy()) for row in rows))
-    return actions.numpy()
+        given: Tensor | tuple[Tensor, ...] = module(*(torch.from_numpy(row.copy()) for row in rows))
+    return [part.numpy() for part in ((given,) if isinstance(given, Tensor) else given)]
 
 
 def _example(specs: Sequence[TensorSpec]) -> tuple[Tensor, ...]:

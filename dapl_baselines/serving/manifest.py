@@ -18,6 +18,8 @@ TORCHSCRIPT_FILE: Final = "policy.torchscript"
 ROWS: Final = 1
 """Rows of every call: a robot is one. A fixed number gives the same bits each time."""
 MAX_MODEL_BYTES: Final = 1 << 30
+MAX_MEMORY: Final = (ROWS, 15, 4097)
+"""Largest shape of what a policy remembers: frames before the present one, numbers in each."""
 
 Format = Literal["onnx", "torchscript"]
 FILES: Final[dict[Format, str]] = {"onnx": ONNX_FILE, "torchscript": TORCHSCRIPT_FILE}
@@ -40,6 +42,9 @@ class TensorSpec(FileModel):
 
 
 ACTIONS: Final = TensorSpec(name="actions", shape=(ROWS, ACTION_SIZE))
+MEMORY_NAME: Final = "memory"
+NEXT_MEMORY_NAME: Final = "next_memory"
+"""What a policy with a memory takes after the observation, and gives after the actions."""
 
 
 class ExportedFile(FileModel):
@@ -66,6 +71,8 @@ class ExportManifest(FileModel):
         policy_hash: Of the checkpoint: SHA-256 over architecture, configuration and weights.
         inputs: What the policy takes, in this order.
         output: What it gives: joint residuals [rad].
+        memory: What it takes beside its inputs if it remembers something: zeros when an episode begins, then the
+            ``next_memory`` that it gave the last time.
         action_scale_rad: No residual is larger [rad].
         control_step_s: How often it wants to be asked [s].
         files: The policy in one or more formats.
@@ -78,6 +85,7 @@ class ExportManifest(FileModel):
     policy_hash: str = Sha256
     inputs: tuple[TensorSpec, ...] = Field(min_length=1)
     output: TensorSpec = ACTIONS
+    memory: TensorSpec | None = None
     action_scale_rad: float = Field(gt=0)
     control_step_s: float = Field(default=CONTROL_STEP_S, gt=0)
     files: tuple[ExportedFile, ...] = Field(min_length=1)
@@ -85,8 +93,13 @@ class ExportManifest(FileModel):
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Names of the inputs."""
+        """Names of the entries of the observation that it takes."""
         return tuple(spec.name for spec in self.inputs)
+
+
+def memory_spec(past: int, frame_size: int) -> TensorSpec | None:
+    """The memory of a policy that knows ``past`` frames before the present one; ``None`` if it knows none."""
+    return TensorSpec(name=MEMORY_NAME, shape=(ROWS, past, frame_size)) if past else None
 
 
 def input_specs(fields: tuple[str, ...]) -> tuple[TensorSpec, ...]:
@@ -106,7 +119,8 @@ def read_manifest(folder: Path) -> ExportManifest:
         raise MissingFileError("exported policy", path, "make one with: dapl export CHECKPOINT")
     manifest = read_model(path, ExportManifest, what="exported policy")
     unknown = [name for name in manifest.fields if name not in OBSERVATION_SHAPES]
-    if unknown or manifest.inputs != input_specs(manifest.fields) or manifest.output != ACTIONS:
+    is_known = not unknown and manifest.inputs == input_specs(manifest.fields) and manifest.output == ACTIONS
+    if not is_known or not _is_memory(manifest.memory):
         raise InvalidFileError(path, "its inputs or output are not those of a policy of this version; export it anew")
     return manifest
 
@@ -126,3 +140,11 @@ def read_exported(folder: Path, manifest: ExportManifest, kind: Format) -> bytes
     if hashlib.sha256(content).hexdigest() != hashes[kind]:
         raise InvalidFileError(path, f"is not the file that {MANIFEST_FILE} was written for; export it anew")
     return content
+
+
+def _is_memory(spec: TensorSpec | None) -> bool:
+    """Whether a policy of this version could remember this."""
+    if spec is None:
+        return True
+    fits = len(spec.shape) == 3 and all(0 < size <= most for size, most in zip(spec.shape, MAX_MEMORY, strict=True))
+    return fits and spec.name == MEMORY_NAME

@@ -1,4 +1,7 @@
-"""A checkpoint's network behind one interface: the entries of an observation in, joint residuals out."""
+"""A checkpoint's network behind one interface: the entries of an observation in, joint residuals out.
+
+A network with a history takes what it remembers after the entries, and gives what it will remember after the residuals.
+"""
 
 from pathlib import Path
 
@@ -12,6 +15,7 @@ from dapl_baselines.checkpoint import read_checkpoint
 from dapl_baselines.policy.network import PolicyNetwork
 from dapl_baselines.policy.observation import CLOUD_PARTS
 from dapl_baselines.policy.policy import NetworkPolicy
+from dapl_baselines.serving.manifest import memory_spec
 
 
 class ObservationModule(nn.Module):
@@ -24,6 +28,7 @@ class ObservationModule(nn.Module):
         fields: The entries of the observation that it takes, in this order.
         name: The policy's name in tables.
         action_scale_rad: No residual is larger [rad].
+        memory: What it remembers of an episode, zeros at its start; ``None``: nothing.
     """
 
     def __init__(self, network: PolicyNetwork) -> None:
@@ -33,18 +38,25 @@ class ObservationModule(nn.Module):
         self.fields: tuple[str, ...] = (*state_parts, *(CLOUD_PARTS if network.encoder is not None else ()))
         self.name = NetworkPolicy(network, "").name
         self.action_scale_rad = network.config.action_scale_rad
+        self.memory = memory_spec(network.config.history - 1, network.frame_size)
         self._states = len(state_parts)
 
-    def forward(self, *entries: Float[Tensor, "row ..."]) -> Float[Tensor, "row 7"]:
-        """The residuals of each row [rad].
+    def forward(
+        self, *entries: Float[Tensor, "row ..."]
+    ) -> Float[Tensor, "row 7"] | tuple[Float[Tensor, "row 7"], Float[Tensor, "row past frame"]]:
+        """The residuals of each row [rad]; with a memory, it after this step too.
 
         Args:
-            entries: As named by ``fields``.
+            entries: As named by ``fields``; then the memory, if there is one.
         """
-        parts = [torch.cat(entries[: self._states], dim=1)]
-        if len(entries) > self._states:
-            parts.append(torch.cat(entries[self._states :], dim=1))
-        return self.network(*parts)
+        seen = entries[: len(self.fields)]
+        parts = [torch.cat(seen[: self._states], dim=1)]
+        if len(seen) > self._states:
+            parts.append(torch.cat(seen[self._states :], dim=1))
+        if self.memory is None:
+            return self.network(*parts)
+        window = self.network.window(self.network.see(*parts), entries[-1])
+        return self.network.act(window), window[:, 1:]
 
 
 def read_observation_module(path: Path) -> tuple[ObservationModule, str]:

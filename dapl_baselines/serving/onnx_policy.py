@@ -9,7 +9,7 @@ from jaxtyping import Float32
 
 from clutter6d.errors import InvalidFileError, MissingDependencyError
 from clutter6d.eval.policy import blaming
-from dapl_baselines.serving.manifest import ACTIONS, ONNX_FILE, read_exported, read_manifest
+from dapl_baselines.serving.manifest import ACTIONS, NEXT_MEMORY_NAME, ONNX_FILE, read_exported, read_manifest
 
 try:
     import onnxruntime
@@ -18,7 +18,7 @@ except ModuleNotFoundError:
 
 
 class OnnxPolicy:
-    """An exported policy; keeps no memory.
+    """An exported policy; if it has a memory, it is kept for each slot.
 
     Args:
         folder: What ``dapl export`` wrote.
@@ -38,6 +38,7 @@ class OnnxPolicy:
             self._session = open_session(content)
         except Exception as error:  # noqa: BLE001  the runtime's errors have no common base
             raise InvalidFileError(folder / ONNX_FILE, f"cannot be run: {' '.join(str(error).split())[:200]}") from None
+        self._memories: dict[int, Float32[np.ndarray, "1 past frame"]] = {}
 
     @property
     def name(self) -> str:
@@ -60,17 +61,24 @@ class OnnxPolicy:
         return self.manifest.action_scale_rad
 
     def begin(self, slot: int) -> None:
-        """Nothing to forget."""
+        """An episode starts in a slot: forget the one before."""
+        self._memories.pop(slot, None)
 
-    def act(self, slot: int, observation: Mapping[str, Float32[np.ndarray, "..."]]) -> Float32[np.ndarray, "7"]:  # noqa: ARG002
+    def act(self, slot: int, observation: Mapping[str, Float32[np.ndarray, "..."]]) -> Float32[np.ndarray, "7"]:
         """Joint residuals [rad].
 
         Raises:
             InvalidValueError: The runtime failed.
         """
-        rows = {name: observation[name][None] for name in self.fields}
+        rows, outputs = {name: observation[name][None] for name in self.fields}, [ACTIONS.name]
+        if (memory := self.manifest.memory) is not None:
+            rows[memory.name] = self._memories.get(slot, np.zeros(memory.shape, dtype=np.float32))
+            outputs.append(NEXT_MEMORY_NAME)
         with blaming(f"policy '{self.name}'"):
-            return self._session.run([ACTIONS.name], rows)[0][0]
+            actions, *remembered = self._session.run(outputs, rows)
+        if remembered:
+            self._memories[slot] = remembered[0]
+        return actions[0]
 
 
 def open_session(content: bytes) -> Any:

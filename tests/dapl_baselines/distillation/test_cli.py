@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from clutter6d.cli import run
@@ -23,8 +25,10 @@ def test_it_distils_and_stops_in_time_and_goes_on(folder, capsys):
     path = folder / "encoder.pt"
     write_checkpoint(path, architecture="policy-network", config=WITH_POINTS, module=make_network(WITH_POINTS))
     for made in (1, 2):
-        assert distill(folder, "--teacher", "zero", "--encoder", str(path), "--max-minutes", "0") == 0
+        command = ["--teacher", "zero", "--encoder", str(path), "--history", "2", "--max-minutes", "0"]
+        assert distill(folder, *command) == 0
         assert f"{made} of 1000 iterations are made" in capsys.readouterr().out
+    assert json.loads((folder / "run" / "run.json").read_text())["settings"]["network"]["history"] == 2
 
 
 @pytest.mark.parametrize(
@@ -35,6 +39,7 @@ def test_it_distils_and_stops_in_time_and_goes_on(folder, capsys):
         (("--teacher", "zero", "--encoder", "missing.pt"), "checkpoint not found"),
         (("--teacher", "zero", "--encoder", "dapl", "--preset", "labtop"), "did you mean 'laptop'?"),
         (("--teacher", "zero", "--encoder", "dapl", "--split", "sparse-test"), "scenes of sparse-test"),
+        (("--teacher", "zero", "--encoder", "dapl", "--history", "17"), "--history"),
         (("--encoder", "dapl"), "--teacher"),
     ],
 )

@@ -20,6 +20,7 @@ DAPL = (sys.executable, "-c", "from dapl_baselines.cli import main; main()")
 STUDENT = ("hand_state", "joint_state", "relative_goal", "previous_action")
 CONFIGS = {
     "state": PolicyNetworkConfig(state_parts=STUDENT, fusion_sizes=(64, 32), head_sizes=(16,)),
+    "memory": PolicyNetworkConfig(state_parts=STUDENT, fusion_sizes=(64, 32), head_sizes=(16,), history=3),
     "points": PolicyNetworkConfig(
         encoder=DaplEncoderConfig(token_size=16, blocks=1, heads=2, patch_hidden_sizes=(8, 16)),
         state_parts=STUDENT,

@@ -15,18 +15,23 @@ from dapl_baselines.cli import PROGRAM
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import PolicyNetwork
 from dapl_baselines.serving import export as export_file
-from dapl_baselines.serving.export import ExportError, export_policy, run_onnx, run_torchscript, trial_observation
-from dapl_baselines.serving.manifest import input_specs, read_exported, read_manifest
+from dapl_baselines.serving.export import ExportError, export_policy, play, run_onnx, run_torchscript, trial_observation
+from dapl_baselines.serving.manifest import TensorSpec, input_specs, read_exported, read_manifest
 from dapl_baselines.serving.onnx_policy import OnnxPolicy
+from dapl_baselines.serving.served_policy import EvaluatedPolicy
 
 BOTH = ("onnx", "torchscript")
-NAMES = ["state", pytest.param("points", marks=pytest.mark.slow)]
+NAMES = ["state", "memory", pytest.param("points", marks=pytest.mark.slow)]
 
 
-def actions_of_checkpoint(path, rows):
-    policy = load_policy(str(path))
-    inputs = PolicyInput(slots=np.array([0]), episodes=(), steps=np.array([0]), observation=rows, states=None)
-    return policy.act(inputs)
+def actions_of_checkpoint(path, episode):
+    """Of the policy as an evaluation would ask for them, one observation after the other."""
+    policy, actions = load_policy(str(path)), []
+    policy.begin(np.array([0]), ())
+    for step, rows in enumerate(episode):
+        inputs = PolicyInput(slots=np.array([0]), episodes=(), steps=np.array([step]), observation=rows, states=None)
+        actions.append(policy.act(inputs)[0])
+    return np.array(actions)
 
 
 @pytest.fixture
@@ -38,12 +43,12 @@ def exported(export):
 @pytest.mark.parametrize(("kind", "runner"), [("onnx", run_onnx), ("torchscript", run_torchscript)])
 def test_an_export_acts_as_the_checkpoint(checkpoints, export, name, kind, runner):
     manifest = read_manifest(export(name))
-    act = runner(read_exported(export(name), manifest, kind))
-    for seed in range(100, 110):
-        rows = trial_observation(manifest.inputs, seed)
-        expected = actions_of_checkpoint(checkpoints[name], dict(zip(manifest.fields, rows, strict=True)))
-        assert np.abs(expected).max() > 0.005
-        np.testing.assert_allclose(act(rows), expected, atol=1e-6)
+    trials = [trial_observation(manifest.inputs, seed) for seed in range(100, 110)]
+    actions = play(runner(read_exported(export(name), manifest, kind)), trials, manifest.memory)
+    episode = [dict(zip(manifest.fields, rows, strict=True)) for rows in trials]
+    expected = actions_of_checkpoint(checkpoints[name], episode)
+    assert (np.abs(expected).max(axis=1) > 0.005).all()
+    np.testing.assert_allclose(actions, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -73,6 +78,24 @@ def test_an_export_is_the_same_to_the_bit_each_time_it_is_asked(exported, observ
     policies = [OnnxPolicy(exported) for _ in range(2)]
     actions = [policy.act(0, observation) for policy in policies * 3]
     assert all(np.array_equal(action, actions[0]) for action in actions)
+
+
+def test_an_exported_memory_belongs_to_a_slot_and_to_an_episode(checkpoints, export, observation):
+    served, loaded = OnnxPolicy(export("memory")), EvaluatedPolicy(load_policy(str(checkpoints["memory"])))
+    assert served.manifest.memory == TensorSpec(name="memory", shape=(1, 2, 33))
+    actions = {}
+    for policy in (served, loaded):
+        for slot in (0, 1):
+            policy.begin(slot)
+        first = policy.act(0, observation)
+        assert np.array_equal(policy.act(1, observation), first)
+        second = policy.act(0, observation)
+        assert not np.allclose(second, first)
+        assert np.array_equal(policy.act(1, observation), second)
+        policy.begin(0)
+        assert np.array_equal(policy.act(0, observation), first)
+        actions[policy] = second
+    np.testing.assert_allclose(actions[served], actions[loaded], atol=1e-6)
 
 
 def test_an_export_that_differs_is_refused(checkpoints, tmp_path, monkeypatch):
@@ -110,6 +133,8 @@ def cut_model(folder):
         (cut_model, "is not the file that policy.json was written for"),
         (damage(inputs=[{"name": "hand_state", "shape": [1, 8]}]), "not those of a policy of this version"),
         (damage(inputs=[{"name": "secrets", "shape": [1, 9]}]), "not those of a policy of this version"),
+        (damage(memory={"name": "memory", "shape": [1, 10**9, 33]}), "not those of a policy of this version"),
+        (damage(memory={"name": "diary", "shape": [1, 2, 33]}), "not those of a policy of this version"),
         (damage(format="zip"), "format"),
         (damage(files=[]), "files"),
         (damage(files=[{"format": "../../x", "sha256": "0" * 64, "parity_rad": 0}]), "files"),
