@@ -19,7 +19,7 @@ class PolicyStart:
     """A policy and where it comes from.
 
     Attributes:
-        network: With its weights; its encoder is not gone on with, since a training names one itself.
+        network: With its weights; its encoder is of no use here, since a training is given one.
         history: How these came about.
     """
 
