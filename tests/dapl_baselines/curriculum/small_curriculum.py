@@ -3,6 +3,8 @@
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -33,17 +35,24 @@ SETTINGS = CurriculumSettings(
 
 def run_command(folder: Path, out: str, *options: str) -> int:
     """``dapl curriculum`` on the scenes in a folder; returns its exit code."""
-    torch.set_num_threads(1)
-    with pytest.MonkeyPatch.context() as patch:
+    where = ["--scenes", str(folder / "scenes"), "--out", str(folder / out), "--threads", "1"]
+    chosen = ["--preset", "small", "--model", str(folder / "tiny.json"), *where, *options]
+    with pytest.MonkeyPatch.context() as patch, one_thread():
         patch.setitem(PRESETS, "small", SETTINGS)
         patch.setattr(final_report, "HELD_OUT_CLOUDS", 24)
         patch.setattr(final_report, "TRAINED_ON_CLOUDS", 4)
-        return _run(folder, out, *options)
+        return run(["curriculum", *chosen], PROGRAM)
 
 
-def _run(folder: Path, out: str, *options: str) -> int:
-    where = ["--scenes", str(folder / "scenes"), "--out", str(folder / out), "--threads", "1"]
-    return run(["curriculum", "--preset", "small", "--model", str(folder / "tiny.json"), *where, *options], PROGRAM)
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Sums come in the same order in every process."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 class DeadlyBars(BarsByName):
