@@ -27,6 +27,8 @@ except ModuleNotFoundError:
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import PolicyNetwork
 from dapl_baselines.policy.policy import NetworkPolicy
+from dapl_baselines.push_policy.critic import PushCritic, PushCriticConfig
+from dapl_baselines.push_policy.policy import PushPolicy
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
 
@@ -101,6 +103,7 @@ class Architecture:
 
 ARCHITECTURES: Mapping[str, Architecture] = {
     "policy-network": Architecture(config=PolicyNetworkConfig, build=PolicyNetwork, to_policy=NetworkPolicy),
+    "push-critic": Architecture(config=PushCriticConfig, build=PushCritic, to_policy=PushPolicy),
     "world-model": Architecture(config=WorldModelConfig, build=WorldModel),
 }
 

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float16, Int
 from torch import Tensor
 
 from clutter6d.seeding import generator
-from dapl_baselines.distillation.replay import Replay
+from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import DistillationLosses, Student
 from dapl_baselines.distillation.student_env import StudentEnv, StudentView

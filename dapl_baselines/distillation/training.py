@@ -28,7 +28,7 @@ from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.distillation.dagger import Dagger, make_rows
 from dapl_baselines.distillation.iteration_report import DistillationReport
-from dapl_baselines.distillation.replay import Replay
+from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import Student
 from dapl_baselines.distillation.student_env import StudentEnv

@@ -7,7 +7,7 @@ import torch
 from jaxtyping import Int
 from torch import Tensor
 
-from dapl_baselines.distillation.replay import Replay
+from dapl_baselines.replay import Replay
 
 AGE_FIELD: Final = "age"
 SEEN_FIELDS: Final = ("state", "stored")

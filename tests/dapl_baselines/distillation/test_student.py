@@ -2,7 +2,7 @@ import numpy as np
 import torch
 
 from clutter6d.seeding import generator
-from dapl_baselines.distillation.replay import Replay
+from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import Student
 from dapl_baselines.distillation.windows import take_windows

@@ -3,7 +3,7 @@ import pytest
 import torch
 
 from clutter6d.seeding import generator
-from dapl_baselines.distillation.replay import Replay
+from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.windows import take_windows
 
 ENVS, STEPS, KEPT = 3, 40, 30

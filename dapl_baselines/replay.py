@@ -1,4 +1,4 @@
-"""The last observations with what the teacher said of them, in files: more than memory should hold or a state repeat.
+"""The last rows that a training learns from, in files: more than memory should hold or a state repeat.
 
 The rows are written before the training's state is. A training that is killed in between makes the same rows again in
 the same places, so nothing is lost and nothing is kept twice.
@@ -46,6 +46,11 @@ class Replay:
         """What there is of a row."""
         return tuple(self._fields)
 
+    @property
+    def oldest(self) -> int:
+        """Number of the oldest row that is still there."""
+        return max(0, self.count - self._rows)
+
     def add(self, batch: Mapping[str, Tensor]) -> None:
         """Add rows; all fields have as many."""
         added = len(next(iter(batch.values())))
@@ -64,6 +69,10 @@ class Replay:
         places = numbers % self._rows
         return {name: torch.from_numpy(np.asarray(self._fields[name][places])) for name in fields}
 
+    def put(self, field: str, numbers: Int[np.ndarray, "row"], values: np.ndarray) -> None:
+        """Change one field of rows that are still there."""
+        self._fields[field][numbers % self._rows] = values
+
     def flush(self) -> None:
         """Bring the rows to the disk, which only a loss of power needs; a kill does not."""
         for field in self._fields.values():
@@ -76,11 +85,9 @@ def _open(path: Path, shape: tuple[int, ...], dtype: np.dtype) -> np.memmap:
     try:
         field = np.load(path, mmap_mode="r+", allow_pickle=False)
     except (ValueError, OSError, EOFError) as error:
-        raise InvalidFileError(path, f"not rows of a distillation: {error}") from None
+        raise InvalidFileError(path, f"not rows of a training: {error}") from None
     if not isinstance(field, np.memmap) or field.shape != shape or field.dtype != dtype:
-        raise InvalidFileError(
-            path, f"not the rows of this distillation, which are {dtype}{shape}; choose another --out"
-        )
+        raise InvalidFileError(path, f"not the rows of this training, which are {dtype}{shape}; choose another --out")
     return field
 
 

@@ -3,7 +3,7 @@ import pytest
 import torch
 
 from clutter6d.errors import InvalidFileError
-from dapl_baselines.distillation.replay import Replay
+from dapl_baselines.replay import Replay
 
 
 def batch(*numbers: float) -> dict[str, torch.Tensor]:

@@ -1,0 +1,50 @@
+"""The command ``dapl train teacher``."""
+
+from contextlib import closing
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from clutter6d.progress import BarsByName, progress_bars
+from dapl_baselines.preset_choices import find_preset, with_choices
+from dapl_baselines.teacher.iteration_report import TeacherReport
+from dapl_baselines.teacher.settings import PRESETS
+from dapl_baselines.teacher.training import TeacherTraining
+from dapl_baselines.training_report import until
+from dapl_baselines.validation import open_training_scenes
+
+
+def train_teacher(
+    preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
+    split: Annotated[
+        str, typer.Option(help="A frozen training split or a folder of scenes; one scene of 16 is held out.")
+    ] = "sparse-train",
+    out: Annotated[Path, typer.Option(help="Folder; a training that was left goes on.")] = Path("trainings/teacher"),
+    iterations: Annotated[int | None, typer.Option(min=1, help="Iterations in all; default the preset's.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything drawn.")] = 0,
+    threads: Annotated[int, typer.Option(min=0, help="Threads of the simulation; 0 for all cores.")] = 0,
+    max_minutes: Annotated[
+        float | None, typer.Option(min=0, help="Stop after so long; the same command goes on.")
+    ] = None,
+) -> None:
+    """Train a teacher that knows the true state and chooses among pushes; a training that was stopped goes on."""
+    settings = with_choices(find_preset(PRESETS, preset), iterations=iterations, seed=seed)
+    scenes, console = open_training_scenes(split), Console(markup=False, emoji=False)
+    with progress_bars(console) as progress:
+        training = TeacherTraining(scenes, settings, out, threads=threads, observe=BarsByName(progress).update)
+        bar = progress.add_task("training", total=settings.iterations, completed=training.standing.iteration)
+        with closing(training.run()) as reports:
+            for report in until(reports, max_minutes):
+                progress.update(bar, completed=report.iteration, description=_describe(report))
+                if report.validation is not None:
+                    progress.console.print(report.describe_look(), highlight=False)
+    made = training.standing.iteration
+    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
+
+
+def _describe(report: TeacherReport) -> str:
+    if report.losses is None:
+        return f"practising: {report.pushes:,} pushes"
+    return f"training: {report.pushes:,} pushes, {report.losses.unexplained:.0%} of what they bring unexplained"

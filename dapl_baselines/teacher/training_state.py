@@ -1,0 +1,110 @@
+"""The state of a teacher's training between two iterations, as plain values and tensors for one file."""
+
+from copy import deepcopy
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import torch
+
+from clutter6d.envs.vector_env import Snapshot
+from clutter6d.errors import Clutter6DError, InvalidFileError
+from dapl_baselines.policy.training_state import pack_snapshot, unpack_snapshot
+from dapl_baselines.push_policy.push_state import STATE_FIELDS
+from dapl_baselines.replay import Replay
+from dapl_baselines.teacher.learner import TeacherLearner
+from dapl_baselines.teacher.practice import Practice
+from dapl_baselines.tensor_file import read_tensor_file
+from dapl_baselines.training_report import Standing
+
+FORMAT: Final = "clutter6d-teacher-training-1"
+_DAMAGED: Final = "not the state of this training; give another --out, or delete the folder to begin anew"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Course:
+    """All that changes in a teacher's training.
+
+    Attributes:
+        learner: Learns.
+        practice: Practises.
+        replay: What is learned from; its rows are in files of their own.
+    """
+
+    learner: TeacherLearner
+    practice: Practice
+    replay: Replay
+
+
+def copy_state(standing: Standing, course: Course) -> dict[str, object]:
+    """A copy of all that decides how the training goes on; random numbers are drawn by the iteration's number."""
+    learner, practice = course.learner, course.practice
+    pending = practice.pending
+    snapshot = Snapshot(
+        places=practice.places,
+        motion=practice.pause(),
+        is_over=np.zeros(len(pending.steps), dtype=bool),
+        training_step=0,
+        action_scale_rad=0.0,
+    )
+    others = {name: getattr(pending, name) for name in ("pushes", "steps", "last", "must_choose")}
+    return {
+        "format": FORMAT,
+        **asdict(standing),
+        "critic": deepcopy(learner.critic.state_dict()),
+        "slow": deepcopy(learner.slow.state_dict()),
+        "optimizer": deepcopy(learner.optimizer.state_dict()),
+        "updates": learner.updates,
+        "replay_count": course.replay.count,
+        "running": practice.tally.running.clone(),
+        "environments": pack_snapshot(snapshot),
+        "state": _pack({name: getattr(pending.state, name) for name in STATE_FIELDS}),
+        "pending": _pack(others),
+        "tracker": _pack(_tracker_arrays(practice)),
+    }
+
+
+def read_state(path: Path, course: Course) -> Standing:
+    """Go on from a state: everything it holds is put back in its place.
+
+    Raises:
+        InvalidFileError: It is damaged or another training's.
+    """
+    state = read_tensor_file(path, what="training state")
+    if state.get("format") != FORMAT:
+        raise InvalidFileError(path, _DAMAGED)
+    try:
+        _restore(state, course)
+        return Standing.of_state(state)
+    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, IndexError, Clutter6DError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InvalidFileError(path, f"{_DAMAGED} ({type(error).__name__}: {reason})") from None
+
+
+def _restore(state: dict[str, Any], course: Course) -> None:
+    learner, practice = course.learner, course.practice
+    learner.critic.load_state_dict(state["critic"])
+    learner.slow.load_state_dict(state["slow"])
+    learner.optimizer.load_state_dict(state["optimizer"])
+    learner.updates, course.replay.count = int(state["updates"]), int(state["replay_count"])
+    snapshot = unpack_snapshot(state["environments"])
+    practice.return_to(snapshot.places, snapshot.motion)
+    practice.tally.running.copy_(state["running"])
+    pending = practice.pending
+    for name in STATE_FIELDS:
+        getattr(pending.state, name)[:] = state["state"][name].numpy()
+    for name, array in state["pending"].items():
+        getattr(pending, name)[:] = array.numpy()
+    for name, array in _tracker_arrays(practice).items():
+        array[:] = state["tracker"][name].numpy()
+
+
+def _tracker_arrays(practice: Practice) -> dict[str, np.ndarray]:
+    tracker = practice.tracker
+    arrays = {field.name: getattr(tracker, field.name) for field in fields(tracker)}
+    return {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
+
+
+def _pack(arrays: dict[str, np.ndarray]) -> dict[str, torch.Tensor]:
+    return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}
