@@ -8,12 +8,12 @@ from jaxtyping import Bool, Float16, Int
 from torch import Tensor
 
 from clutter6d.seeding import generator
-from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import DistillationLosses, Student
 from dapl_baselines.distillation.student_env import StudentEnv, StudentView
 from dapl_baselines.distillation.teacher import Labels, Teacher
 from dapl_baselines.distillation.windows import take_windows
+from dapl_baselines.replay import Replay
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

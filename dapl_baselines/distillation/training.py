@@ -28,7 +28,6 @@ from dapl_baselines.code_hash import code_sha256
 from dapl_baselines.curves import Curves
 from dapl_baselines.distillation.dagger import Dagger, make_rows
 from dapl_baselines.distillation.iteration_report import DistillationReport
-from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import Student
 from dapl_baselines.distillation.student_env import StudentEnv
@@ -37,6 +36,7 @@ from dapl_baselines.distillation.training_state import read_state, write_state
 from dapl_baselines.look import POLICY_FILE, look_at
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.training import ARCHITECTURE
+from dapl_baselines.replay import Replay
 from dapl_baselines.run_folder import claim
 from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes

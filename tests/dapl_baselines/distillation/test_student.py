@@ -2,10 +2,10 @@ import numpy as np
 import torch
 
 from clutter6d.seeding import generator
-from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.settings import DistillationSettings
 from dapl_baselines.distillation.student import Student
 from dapl_baselines.distillation.windows import take_windows
+from dapl_baselines.replay import Replay
 from tests.dapl_baselines.distillation.small_distillation import SETTINGS, make_encoder
 
 ENVS, EPISODE_STEPS, EPISODES = 32, 8, 12

@@ -3,8 +3,8 @@ import pytest
 import torch
 
 from clutter6d.seeding import generator
-from dapl_baselines.replay import Replay
 from dapl_baselines.distillation.windows import take_windows
+from dapl_baselines.replay import Replay
 
 ENVS, STEPS, KEPT = 3, 40, 30
 
