@@ -10,6 +10,7 @@ from torch import Tensor, nn
 
 from clutter6d.schema import FileModel
 from dapl_baselines.on_cpu import is_on_cpu, keep_freed_memory
+from dapl_baselines.push_policy.outcomes import Prices
 from dapl_baselines.push_policy.push_frame import POINT_FEATURES, PushView, feature_count
 
 MOTION_SIZE: Final = 6
@@ -26,6 +27,8 @@ class PushCriticConfig(FileModel):
         hidden_size: Units of the three layers after.
         segments: Segments that a decision is made among.
         whole_pushes: Whole pushes that it is made among.
+        look_ahead: Of these, the best so many are tried in a copy of the simulation first; 0: the critic alone decides.
+        prices: What it is trained to judge by.
     """
 
     schema_version: Literal[1] = 1
@@ -34,6 +37,8 @@ class PushCriticConfig(FileModel):
     hidden_size: int = Field(default=256, ge=1, le=4096)
     segments: int = Field(default=32, ge=1, le=4096)
     whole_pushes: int = Field(default=32, ge=1, le=4096)
+    look_ahead: int = Field(default=0, ge=0, le=256)
+    prices: Prices = Prices()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from clutter6d.geometry import quat_conjugate, quat_multiply
 from dapl_baselines.push_policy.candidates import draw_candidates
 from dapl_baselines.push_policy.choice import judge
 from dapl_baselines.push_policy.critic import PushCritic
-from dapl_baselines.push_policy.goal_potential import goal_potential
+from dapl_baselines.push_policy.outcomes import Prices, future, gains
 from dapl_baselines.push_policy.push_frame import push_axes, view_pushes
 from dapl_baselines.push_policy.target_shapes import TargetShapes
 from dapl_baselines.replay import Replay
@@ -107,13 +107,13 @@ class TeacherLearner:
         if rng.random() < 0.5:
             found, surface, drawn = mirrored(found), surface * MIRROR, mirrored_pushes(drawn)
         value = judge(self.slow, found.after, found.goals, surface, drawn).max(axis=1)
-        goes_on = ~(found.is_success | found.is_drop)
-        future = np.where(goes_on, self._settings.discount**found.steps * value, 0.0).astype(np.float32)
-        return Lesson(found=found, surface=surface, future=future)
+        is_over, prices = found.is_success | found.is_drop, self._settings.critic.prices
+        later = future(value, steps=found.steps, is_over=is_over, prices=prices)
+        return Lesson(found=found, surface=surface, future=later.astype(np.float32))
 
     def _update(self, lesson: Lesson) -> tuple[float, ...]:
         settings, found = self._settings, lesson.found
-        gain, future = torch.from_numpy(gains(found, settings)), torch.from_numpy(lesson.future)
+        gain, later = torch.from_numpy(gains_of(found, settings.critic.prices)), torch.from_numpy(lesson.future)
         goals, surface, pushes = (_to_tensor(each) for each in (found.goals, lesson.surface, found.pushes[:, None]))
         judged = self.critic(view_pushes(found.before.to_tensors(), goals, surface, pushes))
         weights = torch.from_numpy(found.weights) / max(float(found.weights.sum()), 1.0)
@@ -124,14 +124,14 @@ class TeacherLearner:
         parts = torch.stack(
             [
                 (loss_of(judged.gain[:, 0], gain) * weights).sum(),
-                (loss_of(judged.future[:, 0], future) * weights).sum(),
+                (loss_of(judged.future[:, 0], later) * weights).sum(),
                 (loss_of(judged.motion[:, 0], motions(found)).mean(dim=-1) * weights).sum(),
             ]
         )
         total = parts[0] + settings.future_weight * parts[1] + settings.motion_weight * parts[2]
         self._step(total)
         unexplained = (judged.gain[:, 0].detach() - gain).var() / gain.var().clamp(min=1e-9)
-        return (*parts.tolist(), float(unexplained), float(future.mean()))
+        return (*parts.tolist(), float(unexplained), float(later.mean()))
 
     def _step(self, loss: Tensor) -> None:
         """One step of the optimiser, and of the slow copy after it."""
@@ -150,11 +150,10 @@ class TeacherLearner:
         self.updates += 1
 
 
-def gains(found: Transitions, settings: TeacherSettings) -> Float32[np.ndarray, "row"]:
-    """What each push brought: the fall of the goal's price, less its time, and the reward of how it ended."""
-    fall = goal_potential(found.before.poses, found.goals) - goal_potential(found.after.poses, found.goals)
-    gain = fall - settings.step_price * found.steps + settings.success_reward * found.is_success
-    return np.where(found.is_drop & ~found.is_success, settings.drop_reward, gain).astype(np.float32)
+def gains_of(found: Transitions, prices: Prices) -> Float32[np.ndarray, "row"]:
+    """What each push brought."""
+    ends = {"steps": found.steps, "is_success": found.is_success, "is_drop": found.is_drop}
+    return gains(found.before.poses, found.after.poses, found.goals, prices=prices, **ends).astype(np.float32)
 
 
 def motions(found: Transitions) -> Float32[Tensor, "row 6"]:

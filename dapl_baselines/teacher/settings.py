@@ -50,16 +50,12 @@ class TeacherSettings(FileModel):
         iterations: Iterations in all.
         warm_up: Transitions before the first step of the optimiser.
         kept: Transitions that are kept; the newest take the place of the oldest.
-        discount: Of the future, for each control step.
         target_rate: Share in which the slow copy of the network follows, at each step of the optimiser.
         learning_rate: AdamW's, at first.
         final_learning_rate: AdamW's at the end; it falls in a straight line, and stays.
         falling_updates: Steps of the optimiser in which it falls.
         weight_decay: AdamW's.
         max_grad_norm: Bound on the gradient's norm.
-        step_price: What a control step costs; the goal's price falls by 2.6 from start to success at the mean.
-        success_reward: What a success brings.
-        drop_reward: What a push brings that drops an object.
         huber: Where the losses turn from squares to straight lines.
         future_weight: Weight of the loss of what comes after a push.
         motion_weight: Weight of the loss of the target's motion, which teaches what pushes do.
@@ -86,16 +82,12 @@ class TeacherSettings(FileModel):
     iterations: int = Field(default=5_000, ge=1)
     warm_up: int = Field(default=4_000, ge=1)
     kept: int = Field(default=1_000_000, ge=1_000, le=16_000_000)
-    discount: float = Field(default=0.98, gt=0, le=1)
     target_rate: float = Field(default=0.01, gt=0, le=1)
     learning_rate: float = Field(default=1e-3, gt=0, le=1)
     final_learning_rate: float = Field(default=2e-4, gt=0, le=1)
     falling_updates: int = Field(default=100_000, ge=1)
     weight_decay: float = Field(default=1e-2, ge=0, le=1)
     max_grad_norm: float = Field(default=1.0, gt=0)
-    step_price: float = Field(default=0.004, ge=0)
-    success_reward: float = Field(default=1.0, ge=0)
-    drop_reward: float = Field(default=-2.0, le=0)
     huber: float = Field(default=0.3, gt=0)
     future_weight: float = Field(default=0.5, ge=0)
     motion_weight: float = Field(default=1.5, ge=0)
