@@ -28,7 +28,9 @@ from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import PolicyNetwork
 from dapl_baselines.policy.policy import NetworkPolicy
 from dapl_baselines.push_policy.critic import PushCritic, PushCriticConfig
-from dapl_baselines.push_policy.policy import PushPolicy
+from dapl_baselines.push_policy.student import PushStudent, PushStudentConfig
+from dapl_baselines.push_policy.student_policy import PushStudentPolicy
+from dapl_baselines.push_policy.teacher_policy import PushTeacherPolicy
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
 from dapl_baselines.world_model.model import WorldModel, WorldModelConfig
 
@@ -103,7 +105,8 @@ class Architecture:
 
 ARCHITECTURES: Mapping[str, Architecture] = {
     "policy-network": Architecture(config=PolicyNetworkConfig, build=PolicyNetwork, to_policy=NetworkPolicy),
-    "push-critic": Architecture(config=PushCriticConfig, build=PushCritic, to_policy=PushPolicy),
+    "push-critic": Architecture(config=PushCriticConfig, build=PushCritic, to_policy=PushTeacherPolicy),
+    "push-student": Architecture(config=PushStudentConfig, build=PushStudent, to_policy=PushStudentPolicy),
     "world-model": Architecture(config=WorldModelConfig, build=WorldModel),
 }
 

@@ -1,16 +1,20 @@
 """Pushes judged by a critic, from arrays to arrays."""
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
 from jaxtyping import Float, Float32
 
-from dapl_baselines.push_policy.critic import PushCritic
-from dapl_baselines.push_policy.push_frame import view_pushes
+from dapl_baselines.push_policy.critic import Judgement
+from dapl_baselines.push_policy.push_frame import PushView, view_pushes
 from dapl_baselines.push_policy.push_state import PushState
+
+Critic = Callable[[PushView], Judgement]
 
 
 def judge(
-    critic: PushCritic,
+    critic: Critic,
     state: PushState[np.ndarray],
     goals: Float[np.ndarray, "row 7"],
     surface: Float32[np.ndarray, "row point 3"],
@@ -25,6 +29,16 @@ def judge(
         surface: Surface points of the targets, in their own frames [m].
         pushes: What is judged.
     """
-    tensors = (torch.from_numpy(np.asarray(array, dtype=np.float32)) for array in (goals, surface, pushes))
     with torch.inference_mode():
-        return critic(view_pushes(state.to_tensors(), *tensors)).value.numpy()
+        return critic(look_at_pushes(state, goals, surface, pushes)).value.numpy()
+
+
+def look_at_pushes(
+    state: PushState[np.ndarray],
+    goals: Float[np.ndarray, "row 7"],
+    surface: Float32[np.ndarray, "row point 3"],
+    pushes: Float[np.ndarray, "row push column"],
+) -> PushView:
+    """What a network sees of pushes; arguments as of :func:`judge`."""
+    tensors = (torch.from_numpy(np.asarray(array, dtype=np.float32)) for array in (goals, surface, pushes))
+    return view_pushes(state.to_tensors(), *tensors)

@@ -67,9 +67,10 @@ class PushCritic(nn.Module):
 
     Args:
         config: Sizes.
+        context_size: Further numbers that each push is judged by.
     """
 
-    def __init__(self, config: PushCriticConfig) -> None:
+    def __init__(self, config: PushCriticConfig, context_size: int = 0) -> None:
         super().__init__()
         keep_freed_memory()
         self.config = config
@@ -77,7 +78,7 @@ class PushCritic(nn.Module):
         self.push_to_points = nn.Linear(features, first)
         self.point_input = nn.Linear(POINT_FEATURES, first)
         self.point_output = nn.Linear(first, second)
-        self.input = nn.Linear(features + second, config.hidden_size)
+        self.input = nn.Linear(features + second + context_size, config.hidden_size)
         self.norm = nn.LayerNorm(config.hidden_size)
         self.layers = nn.Sequential(
             nn.Linear(config.hidden_size, config.hidden_size),
@@ -89,19 +90,23 @@ class PushCritic(nn.Module):
         nn.init.zeros_(self.output.weight)
         nn.init.zeros_(self.output.bias)
 
-    def forward(self, view: PushView) -> Judgement:
+    def forward(self, view: PushView, context: Float[Tensor, "row push context"] | None = None) -> Judgement:
         """What it expects of each push; on a CPU so many at a time that their points fit into the caches."""
-        features, points = view.features.flatten(0, 1), view.points.flatten(0, 1)
-        at_once = PUSHES_AT_ONCE if is_on_cpu(features) else len(features)
-        parts = zip(features.split(at_once), points.split(at_once), strict=True)
+        known = view.features if context is None else torch.cat([view.features, context], dim=-1)
+        arrays = [array.flatten(0, 1) for array in (view.features, view.points, known)]
+        at_once = PUSHES_AT_ONCE if is_on_cpu(known) else len(arrays[0])
+        parts = zip(*(array.split(at_once) for array in arrays), strict=True)
         outputs = torch.cat([self._judge(*part) for part in parts]).unflatten(0, view.features.shape[:2])
         gain, future, motion = outputs.split([1, 1, MOTION_SIZE], dim=-1)
         return Judgement(gain=gain[..., 0], future=future[..., 0], motion=motion)
 
     def _judge(
-        self, features: Float[Tensor, "push feature"], points: Float[Tensor, "push point 7"]
+        self,
+        features: Float[Tensor, "push feature"],
+        points: Float[Tensor, "push point 7"],
+        known: Float[Tensor, "push known"],
     ) -> Float[Tensor, "push 8"]:
         seen = torch.relu(self.point_input(points) + self.push_to_points(features)[:, None])
         summary = torch.relu(self.point_output(seen).amax(dim=-2))
-        hidden = torch.relu(self.norm(self.input(torch.cat([features, summary], dim=-1))))
+        hidden = torch.relu(self.norm(self.input(torch.cat([known, summary], dim=-1))))
         return self.output(self.layers(hidden))

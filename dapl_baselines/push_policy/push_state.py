@@ -98,13 +98,25 @@ def read_push_state(
         facts: Of the same slots.
     """
     poses, moves = bodies.object_poses[:, 0], bodies.object_velocities[:, 0]
+    tips, tip_velocities, hands = hand_parts(hand, bodies.arm_qvel)
     around = [bodies.object_poses[:, 1:, :3], facts.radii[:, 1:, None], facts.masses[:, 1:, None]]
     return PushState(
         poses=poses.copy(),
         velocities=np.concatenate([moves[:, :3], rotate(poses[:, 3:], moves[:, 3:])], axis=1),
         obstacles=np.concatenate(around, axis=2),
         physics=np.stack([facts.masses[:, 0], facts.frictions], axis=1),
-        tips=tip_positions(hand.pose),
-        tip_velocities=joint_to_hand_velocity(hand.jacobian[:, :3], bodies.arm_qvel),
-        hands=quat_from_matrix(quat_to_matrix(hand.pose[:, 3:]) @ POINTING_DOWN),
+        tips=tips,
+        tip_velocities=tip_velocities,
+        hands=hands,
+    )
+
+
+def hand_parts(
+    hand: HandKinematics[np.ndarray], qvel: Float64[np.ndarray, "row 7"]
+) -> tuple[Float64[np.ndarray, "row 3"], Float64[np.ndarray, "row 3"], Float64[np.ndarray, "row 4"]]:
+    """A state's ``tips``, ``tip_velocities`` and ``hands``, from kinematics and joint velocities [rad/s]."""
+    return (
+        tip_positions(hand.pose),
+        joint_to_hand_velocity(hand.jacobian[:, :3], qvel),
+        quat_from_matrix(quat_to_matrix(hand.pose[:, 3:]) @ POINTING_DOWN),
     )

@@ -1,0 +1,61 @@
+"""A critic of pushes that sees points alone as a policy of the evaluation."""
+
+from typing import cast
+
+import numpy as np
+import torch
+from jaxtyping import Float64
+
+from clutter6d.envs.observation import Observation
+from clutter6d.errors import InvalidValueError
+from clutter6d.eval.policy import PolicyInput
+from dapl_baselines.policy.observation import cloud
+from dapl_baselines.push_policy.choice import judge
+from dapl_baselines.push_policy.policy import PushingPolicy, Slot
+from dapl_baselines.push_policy.seen import Seen, see_points
+from dapl_baselines.push_policy.student import PushStudent
+
+
+class PushStudentPolicy(PushingPolicy):
+    """The push that a critic likes best which sees points alone.
+
+    Args:
+        student: The trained network.
+        policy_hash: Hash of architecture, configuration and weights.
+    """
+
+    name = "dapl-pushes"
+    is_privileged = False
+    needs_observation = True
+
+    def __init__(self, student: PushStudent, policy_hash: str) -> None:
+        super().__init__(student.config.critic, policy_hash)
+        self._student = student.eval()
+
+    def _see(self, slot: Slot, inputs: PolicyInput, row: int) -> Seen:  # noqa: ARG002  the episode is not for its eyes
+        return see_points(row_of(inputs, row))
+
+    def _choose(
+        self,
+        slot: Slot,  # noqa: ARG002
+        inputs: PolicyInput,
+        row: int,
+        seen: Seen,
+        drawn: Float64[np.ndarray, "1 push column"],
+    ) -> int:
+        with torch.inference_mode():
+            tokens = self._student.encode(cloud(row_of(inputs, row)))
+        values = judge(lambda view: self._student(view, tokens), seen.state, seen.goals, seen.shapes.surface, drawn)
+        return int(values[0].argmax())
+
+
+def row_of(inputs: PolicyInput, row: int) -> Observation[np.ndarray]:
+    """One row of what is observed.
+
+    Raises:
+        InvalidValueError: Nothing is.
+    """
+    if inputs.observation is None:
+        raise InvalidValueError("the policy sees points: it needs an observation in its input")
+    entries = cast(dict[str, np.ndarray], inputs.observation)
+    return cast(Observation[np.ndarray], {name: entry[row : row + 1] for name, entry in entries.items()})
