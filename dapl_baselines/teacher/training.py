@@ -135,7 +135,7 @@ class TeacherTraining:
             iteration=number,
             environment_steps=self._environment_steps,
             seconds=seconds,
-            episodes=self._course.practice.tally.take(),
+            episodes=self._course.practice.slots.tally.take(),
             pushes=self._course.replay.count,
             updates=self._course.learner.updates,
             losses=losses,

@@ -1,16 +1,14 @@
 """The state of a teacher's training between two iterations, as plain values and tensors for one file."""
 
 from copy import deepcopy
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import torch
 
-from clutter6d.envs.vector_env import Snapshot
 from clutter6d.errors import Clutter6DError, InvalidFileError
-from dapl_baselines.policy.training_state import pack_snapshot, unpack_snapshot
+from dapl_baselines.push_policy.push_slots_state import pack_arrays, pack_slots, restore_arrays, restore_slots
 from dapl_baselines.push_policy.push_state import STATE_FIELDS
 from dapl_baselines.replay import Replay
 from dapl_baselines.teacher.learner import TeacherLearner
@@ -39,16 +37,7 @@ class Course:
 
 def copy_state(standing: Standing, course: Course) -> dict[str, object]:
     """A copy of all that decides how the training goes on; random numbers are drawn by the iteration's number."""
-    learner, practice = course.learner, course.practice
-    pending = practice.pending
-    snapshot = Snapshot(
-        places=practice.places,
-        motion=practice.pause(),
-        is_over=np.zeros(len(pending.steps), dtype=bool),
-        training_step=0,
-        action_scale_rad=0.0,
-    )
-    others = {name: getattr(pending, name) for name in ("pushes", "steps", "last", "must_choose")}
+    learner = course.learner
     return {
         "format": FORMAT,
         **asdict(standing),
@@ -57,11 +46,8 @@ def copy_state(standing: Standing, course: Course) -> dict[str, object]:
         "optimizer": deepcopy(learner.optimizer.state_dict()),
         "updates": learner.updates,
         "replay_count": course.replay.count,
-        "running": practice.tally.running.clone(),
-        "environments": pack_snapshot(snapshot),
-        "state": _pack({name: getattr(pending.state, name) for name in STATE_FIELDS}),
-        "pending": _pack(others),
-        "tracker": _pack(_tracker_arrays(practice)),
+        "slots": pack_slots(course.practice.slots),
+        "pending": pack_arrays(_pending_arrays(course.practice)),
     }
 
 
@@ -88,23 +74,11 @@ def _restore(state: dict[str, Any], course: Course) -> None:
     learner.slow.load_state_dict(state["slow"])
     learner.optimizer.load_state_dict(state["optimizer"])
     learner.updates, course.replay.count = int(state["updates"]), int(state["replay_count"])
-    snapshot = unpack_snapshot(state["environments"])
-    practice.return_to(snapshot.places, snapshot.motion)
-    practice.tally.running.copy_(state["running"])
+    restore_slots(practice.slots, state["slots"])
+    restore_arrays(_pending_arrays(practice), state["pending"])
+
+
+def _pending_arrays(practice: Practice) -> dict[str, np.ndarray]:
     pending = practice.pending
-    for name in STATE_FIELDS:
-        getattr(pending.state, name)[:] = state["state"][name].numpy()
-    for name, array in state["pending"].items():
-        getattr(pending, name)[:] = array.numpy()
-    for name, array in _tracker_arrays(practice).items():
-        array[:] = state["tracker"][name].numpy()
-
-
-def _tracker_arrays(practice: Practice) -> dict[str, np.ndarray]:
-    tracker = practice.tracker
-    arrays = {field.name: getattr(tracker, field.name) for field in fields(tracker)}
-    return {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
-
-
-def _pack(arrays: dict[str, np.ndarray]) -> dict[str, torch.Tensor]:
-    return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}
+    others = {name: getattr(pending, name) for name in ("pushes", "steps", "last", "must_choose")}
+    return others | {name: getattr(pending.state, name) for name in STATE_FIELDS}
