@@ -23,8 +23,8 @@ def residuals_for(
 ) -> Float64[np.ndarray, "n 7"]:
     """Residuals after which the joints have moved by given steps, or as far in the same direction as allowed.
 
-    The last joint only turns the hand about its own axis and is cut alone; the others are shortened together, so that
-    the tips' path keeps its direction.
+    The last joint only turns the hand about its own axis and is cut alone, first; then all are shortened together, so
+    that the tips' path keeps its direction.
 
     Args:
         steps_rad: Wanted movement of each joint in one control step.

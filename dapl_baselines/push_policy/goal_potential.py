@@ -17,6 +17,6 @@ _ROTATION_WEIGHT_PER_RAD: Final = PlannerConfig().rotation_weights_per_rad[0]
 
 def goal_potential(poses: Float[np.ndarray, "row 7"], goals: Float[np.ndarray, "row 7"]) -> Float64[np.ndarray, "row"]:
     """The price of each row: 4 a metre and 0.8 a radian beyond the dead bands, and 4 a metre beyond the margin."""
-    poses = np.asarray(poses, dtype=np.float64)
+    poses, goals = poses.astype(np.float64), goals.astype(np.float64)
     beyond = np.maximum(np.abs(poses[:, :2]) - EDGE_M, 0.0).sum(axis=1)
     return goal_cost(poses, goals, _ROTATION_WEIGHT_PER_RAD, CostConfig()) + EDGE_WEIGHT_PER_M * beyond

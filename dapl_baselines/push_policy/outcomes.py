@@ -3,7 +3,7 @@
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Float64
+from jaxtyping import Bool, Float, Float64, Real
 from pydantic import Field
 
 from clutter6d.schema import FileModel
@@ -33,7 +33,7 @@ def gains(
     after: Float[np.ndarray, "row 7"],
     goals: Float[np.ndarray, "row 7"],
     *,
-    steps: Float[np.ndarray, "row"],
+    steps: Real[np.ndarray, "row"],
     is_success: Bool[np.ndarray, "row"],
     is_drop: Bool[np.ndarray, "row"],
     prices: Prices,
@@ -57,7 +57,7 @@ def gains(
 def future(
     value: Float[np.ndarray, "row"],
     *,
-    steps: Float[np.ndarray, "row"],
+    steps: Real[np.ndarray, "row"],
     is_over: Bool[np.ndarray, "row"],
     prices: Prices,
 ) -> Float64[np.ndarray, "row"]:

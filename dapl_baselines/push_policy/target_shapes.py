@@ -44,7 +44,7 @@ class TargetShapes:
             index={asset.content_hash: row for row, asset in enumerate(ordered)},
             contacts=np.stack([np.resize(each.points[:CONTACTS], (CONTACTS, 3)) for each in touched]),
             normals=np.stack([np.resize(each.normals[:CONTACTS], (CONTACTS, 3)) for each in touched]),
-            surface=np.stack([_draw_surface(asset) for asset in ordered]).astype(np.float32),
+            surface=np.stack([_draw_surface(asset) for asset in ordered]),
         )
 
     def rows_of(self, assets: Iterable[Asset]) -> Int[np.ndarray, "asset"]:
@@ -58,6 +58,6 @@ class TargetShapes:
         return transform_points(poses, self.contacts[rows])
 
 
-def _draw_surface(asset: Asset) -> Float64[np.ndarray, "32 3"]:
+def _draw_surface(asset: Asset) -> Float32[np.ndarray, "32 3"]:
     points = asset.surface_points
     return points[generator(0, "pushed surface", asset.content_hash).permutation(len(points))[:SURFACE_POINTS]]

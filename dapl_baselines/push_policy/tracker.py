@@ -173,5 +173,5 @@ class PushTracker:
         return targets
 
 
-def _lengths(vectors: Float64[np.ndarray, "*n 3"]) -> Float64[np.ndarray, "*n"]:
+def _lengths(vectors: Float64[np.ndarray, "*n _"]) -> Float64[np.ndarray, "*n"]:
     return np.sqrt((vectors**2).sum(axis=-1))

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Real
 from torch import Tensor
 
 from clutter6d.envs.termination import TerminationConfig, goal_errors, is_at_goal
@@ -43,7 +43,7 @@ class Transitions:
     after: PushState[np.ndarray]
     goals: Float[np.ndarray, "row 7"]
     pushes: Float[np.ndarray, "row column"]
-    steps: Float[np.ndarray, "row"]
+    steps: Real[np.ndarray, "row"]
     is_success: Bool[np.ndarray, "row"]
     is_drop: Bool[np.ndarray, "row"]
     targets: Int[np.ndarray, "row"]
