@@ -11,9 +11,14 @@ _COMMANDS: Final = {
     "train world-model": ("dapl_baselines.world_model.cli:train_world_model", "Train a world model, or an ablation."),
     "show-predictions": ("dapl_baselines.world_model.cli:show_predictions", "Draw predicted beside true motion."),
     "train teacher": ("dapl_baselines.teacher.cli:train_teacher", "Train a teacher that chooses among pushes."),
+    "look-ahead": ("dapl_baselines.push_policy.cli:look_ahead", "Let a teacher try pushes in simulation first."),
     "train policy": ("dapl_baselines.policy.cli:train_policy", "Train a policy by PPO on a frozen encoder."),
     "curriculum": ("dapl_baselines.curriculum.cli:curriculum", "Train world model and policy in turn, unattended."),
     "distill": ("dapl_baselines.distillation.cli:distill", "Distil a teacher into a policy that sees points alone."),
+    "distill-pushes": (
+        "dapl_baselines.push_distillation.cli:distill_pushes",
+        "Distil a teacher of pushes into one that sees points alone.",
+    ),
     "serve": ("dapl_baselines.serving.cli:serve", "Serve a policy to a robot's computer, over a websocket."),
     "export": ("dapl_baselines.serving.cli:export", "Export a policy to ONNX and TorchScript."),
 }

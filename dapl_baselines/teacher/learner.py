@@ -90,9 +90,8 @@ class TeacherLearner:
             end: Transitions from this number on are not looked at: they are being added meanwhile.
             rng: Where all is drawn from.
         """
-        # What is added meanwhile takes the place of the oldest.
-        room = self._settings.slots * self._settings.steps
-        oldest = min(replay.oldest + room if replay.oldest else 0, end - 1)
+        # What is added until the next state is on disk takes the place of the oldest, and is there after a kill.
+        oldest = max(0, end + self._settings.pushes_at_risk - self._settings.kept)
         losses = [self._update(self._draw(replay, oldest, end, rng)) for _ in range(self._settings.updates)]
         means = torch.tensor([list(each) for each in losses], dtype=torch.float64).mean(dim=0).tolist()
         return Losses(gain=means[0], future=means[1], motion=means[2], unexplained=means[3], value=means[4])

@@ -2,7 +2,7 @@
 
 from typing import Final, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
@@ -96,6 +96,17 @@ class TeacherSettings(FileModel):
     save_every: int = Field(default=10, ge=1)
     evaluate_every: int = Field(default=250, ge=1)
     stored_precision: Precision = "float16"
+
+    @model_validator(mode="after")
+    def _check(self) -> "TeacherSettings":
+        if self.kept < 2 * self.pushes_at_risk:
+            raise ValueError(f"kept: {self.kept} is less than twice slots * steps * save_every, {self.pushes_at_risk}")
+        return self
+
+    @property
+    def pushes_at_risk(self) -> int:
+        """Pushes that may be over between two states on disk, at most: one a slot in each control step."""
+        return self.slots * self.steps * self.save_every
 
     @property
     def practice_counts(self) -> Counts:
