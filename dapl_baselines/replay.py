@@ -49,7 +49,11 @@ class Replay:
     @property
     def oldest(self) -> int:
         """Number of the oldest row that is still there."""
-        return max(0, self.count - self._rows)
+        return self.oldest_of(self.count)
+
+    def oldest_of(self, count: int) -> int:
+        """Number of the oldest row that is there when so many have been added."""
+        return max(0, count - self._rows)
 
     def add(self, batch: Mapping[str, Tensor]) -> None:
         """Add rows; all fields have as many."""

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, Generic, Protocol, TypeVar
+from typing import Final, Generic, Protocol, TypeVar, runtime_checkable
 
 import torch
 
@@ -26,6 +26,7 @@ from dapl_baselines.validation_run import Observer, ValidationResult
 STATE_FILE: Final = "state.pt"
 
 
+@runtime_checkable
 class Pace(Protocol):
     """What of a training's settings the loop needs."""
 

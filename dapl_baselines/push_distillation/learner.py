@@ -66,8 +66,8 @@ class StudentLearner:
             end: Lessons from this number on are not looked at: they are being added meanwhile.
             rng: Where they are drawn from.
         """
-        room = self._settings.slots * self._settings.steps
-        oldest = min(replay.oldest + room if replay.oldest else 0, end - 1)
+        # What is added until the next state is on disk takes the place of the oldest, and is there after a kill.
+        oldest = replay.oldest_of(end + self._settings.lessons_at_risk)
         shape = self._settings.updates, self._settings.batch
         batches = (Lessons.of_rows(replay.take(rows, replay.fields)) for rows in rng.integers(oldest, end, size=shape))
         gain, future, rank, agreement, regret = (

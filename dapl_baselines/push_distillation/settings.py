@@ -2,7 +2,7 @@
 
 from typing import Final, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import MAX_CONTROL_STEPS, TerminationConfig
@@ -71,6 +71,17 @@ class PushDistillationSettings(FileModel):
     evaluate_every: int = Field(default=150, ge=1)
     stored_precision: Precision = "float16"
 
+    @model_validator(mode="after")
+    def _check(self) -> "PushDistillationSettings":
+        if self.kept < 2 * self.lessons_at_risk:
+            raise ValueError(f"kept: {self.kept} is less than twice slots * steps * save_every, {self.lessons_at_risk}")
+        return self
+
+    @property
+    def lessons_at_risk(self) -> int:
+        """Lessons that may be added between two states on disk, at most: one a slot in each control step."""
+        return self.slots * self.steps * self.save_every
+
     @property
     def counts(self) -> Counts:
         """The pushes that a decision in training is made among."""
@@ -88,7 +99,7 @@ class PushDistillationSettings(FileModel):
 PRESETS: Final = {
     "laptop": PushDistillationSettings(),
     "small": PushDistillationSettings(
-        slots=8, steps=8, updates=2, batch=8, iterations=10, warm_up=8, kept=200, save_every=2, evaluate_every=5
+        slots=8, steps=8, updates=2, batch=8, iterations=10, warm_up=8, kept=300, save_every=2, evaluate_every=5
     ),
 }
 """``laptop``: two cores. ``small``: minutes, to see that everything works; it learns next to nothing."""

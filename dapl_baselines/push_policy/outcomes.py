@@ -60,6 +60,6 @@ def future(
     steps: Real[np.ndarray, "row"],
     is_over: Bool[np.ndarray, "row"],
     prices: Prices,
-) -> Float64[np.ndarray, "row"]:
+) -> Float[np.ndarray, "row"]:
     """What the value of where pushes ended is worth when they begin; nothing where the episode is over."""
     return np.where(is_over, 0.0, prices.discount**steps * value)

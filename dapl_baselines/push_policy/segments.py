@@ -3,7 +3,7 @@
 from typing import Final
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float, Float64
 
 from dapl_baselines.push_policy import push as columns
 
@@ -19,7 +19,7 @@ def draw_segments(
     points: Float64[np.ndarray, "row point 3"],
     normals: Float64[np.ndarray, "row point 3"],
     tips: Float64[np.ndarray, "row 3"],
-    hands: Float64[np.ndarray, "row 4"],
+    hands: Float[np.ndarray, "row 4"],
     count: int,
     rng: np.random.Generator,
 ) -> Float64[np.ndarray, "row push column"]:

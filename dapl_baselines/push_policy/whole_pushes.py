@@ -9,7 +9,7 @@ from math import acos, atan2, cos, exp, pi, sin, sqrt
 from typing import Final, no_type_check
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float, Float64
 
 from clutter6d.envs.point_kernel import compiled
 from clutter6d.geometry import quat_from_axis_angle, quat_from_yaw, quat_multiply
@@ -41,8 +41,8 @@ YAW_NOISE_RAD: Final = 0.25
 
 
 def draw_whole_pushes(
-    poses: Float64[np.ndarray, "row 7"],
-    goals: Float64[np.ndarray, "row 7"],
+    poses: Float[np.ndarray, "row 7"],
+    goals: Float[np.ndarray, "row 7"],
     points: Float64[np.ndarray, "row point 3"],
     normals: Float64[np.ndarray, "row point 3"],
     count: int,

@@ -91,7 +91,7 @@ class TeacherLearner:
             rng: Where all is drawn from.
         """
         # What is added until the next state is on disk takes the place of the oldest, and is there after a kill.
-        oldest = max(0, end + self._settings.pushes_at_risk - self._settings.kept)
+        oldest = replay.oldest_of(end + self._settings.pushes_at_risk)
         losses = [self._update(self._draw(replay, oldest, end, rng)) for _ in range(self._settings.updates)]
         means = torch.tensor([list(each) for each in losses], dtype=torch.float64).mean(dim=0).tolist()
         return Losses(gain=means[0], future=means[1], motion=means[2], unexplained=means[3], value=means[4])

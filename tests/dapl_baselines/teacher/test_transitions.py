@@ -46,7 +46,7 @@ def is_there(poses: np.ndarray, goals: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def story(tmp_path_factory):
-    """Forty transitions: number ``n`` is followed by ``n + 4`` in its episode, as of four slots; 20 to 23 end theirs."""
+    """Forty transitions of four slots: ``n`` is followed by ``n + 4``, but for 20 to 23, which end their episodes."""
     transitions = draw_transitions(40)
     later = np.arange(40) + 4
     later[[*range(20, 24), *range(36, 40)]] = NO_LATER

@@ -1,0 +1,160 @@
+import csv
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from pydantic import ValidationError
+
+from clutter6d.cli import run
+from clutter6d.envs.env_config import EnvConfig
+from clutter6d.envs.termination import TerminationConfig
+from clutter6d.errors import InvalidFileError, InvalidValueError
+from clutter6d.eval.policy import PolicyOptions
+from clutter6d.eval.runner import EpisodeRunner
+from dapl_baselines.checkpoint import load_checkpoint_policy, read_checkpoint
+from dapl_baselines.teacher.settings import PRESETS, TeacherSettings
+from dapl_baselines.teacher.training import TeacherTraining
+from dapl_baselines.validation import part_scenes
+from tests.dapl_baselines.teacher.small_teacher import SETTINGS, make_training
+from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
+
+ROOT = Path(__file__).parents[3]
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    """A curve, but for the columns that take the time."""
+    with path.open() as file:
+        return [{k: v for k, v in row.items() if not k.startswith("timing_")} for row in csv.DictReader(file)]
+
+
+def outcome(folder: Path) -> dict[str, object]:
+    """Everything a training leaves that must not depend on interruptions."""
+    header = read_checkpoint(folder / "policy.pt").header
+    curves = {name: rows(folder / f"{name}.csv") for name in ("training", "validation")}
+    return curves | {"weights": header.weights_sha256, "history": header.history}
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("unbroken") / "run"
+    assert [report.iteration for report in make_training(folder).run()] == list(range(1, 9))
+    return folder
+
+
+def test_it_leaves_curves_and_a_checkpoint_that_says_where_it_is_from(unbroken):
+    training = rows(unbroken / "training.csv")
+    pushes, updates = ([int(row[name]) for row in training] for name in ("pushes", "updates"))
+    assert (np.diff(pushes) >= 0).all()
+    learned = [before >= SETTINGS.warm_up for before in (0, *pushes[:-1])]
+    assert updates == (np.cumsum(learned) * SETTINGS.updates).tolist()
+    assert [row["gain"] != "nan" for row in training] == learned
+    assert [int(row["iteration"]) for row in rows(unbroken / "validation.csv")] == [4, 8]
+    record = read_checkpoint(unbroken / "policy.pt").header.history[-1]
+    assert (record.method, record.steps) == ("push-critic", 8 * SETTINGS.steps * SETTINGS.slots)
+
+
+def test_killed_and_continued_it_is_the_unbroken_run_to_the_bit(unbroken, tmp_path):
+    command = [sys.executable, "-m", "tests.dapl_baselines.teacher.small_teacher", str(tmp_path / "run")]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=os.environ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if int(line) == 5:
+                process.send_signal(signal.SIGKILL)
+                break
+    assert process.returncode == -signal.SIGKILL
+    again = make_training(tmp_path / "run")
+    assert again.standing.iteration == 4
+    list(again.run())
+    assert outcome(tmp_path / "run") == outcome(unbroken)
+
+
+@pytest.mark.slow
+def test_killed_where_the_newest_transitions_take_the_place_of_the_oldest_it_is_the_unbroken_run(tmp_path):
+    """Episodes of one step fill the replay in eight iterations."""
+    changes = {"slots": 16, "steps": 8, "max_steps": 1, "iterations": 12, "evaluate_every": 100, "save_every": 3}
+    settings = SETTINGS.model_copy(update=changes)
+    list(make_training(tmp_path / "unbroken", settings).run())
+    broken = tmp_path / "broken"
+    for stop in (8, 11):  # two iterations after a state was written
+        reports = make_training(broken, settings).run()
+        while next(reports).iteration < stop:
+            pass
+        reports.close()
+    list(make_training(broken, settings).run())
+    assert int(rows(broken / "training.csv")[-1]["pushes"]) > SETTINGS.kept
+    assert outcome(broken) == outcome(tmp_path / "unbroken")
+
+
+def test_threads_do_not_change_it(unbroken, tmp_path):
+    scenes = part_scenes(make_box_scene_set(3))
+    reports = TeacherTraining(scenes, SETTINGS, tmp_path / "run", threads=2).run()
+    for _ in range(3):
+        next(reports)
+    reports.close()
+    assert rows(tmp_path / "run" / "training.csv") == rows(unbroken / "training.csv")[:3]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [({"huber": 0.5}, r"with other settings \(settings.huber was 0.3"), ({"seed": 1}, r"settings.seed was 0, is 1")],
+)
+def test_a_folder_with_other_settings_is_refused(unbroken, change, said):
+    with pytest.raises(InvalidValueError, match=said) as caught:
+        make_training(unbroken, SETTINGS.model_copy(update=change))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_finished_training_may_be_given_more_iterations(unbroken):
+    assert list(make_training(unbroken).run()) == []
+    assert make_training(unbroken, SETTINGS.model_copy(update={"iterations": 9})).standing.iteration == 8
+    make_training(unbroken)
+
+
+def actions(policy, slots: int) -> dict[tuple[str, int], np.ndarray]:
+    scenes = make_box_scene_set(2)
+    keys = [(scene.scene_id, pair) for scene in scenes.scenes for pair in range(2)]
+    config = EnvConfig(termination=TerminationConfig(max_steps=15))
+    runner = EpisodeRunner(scenes, policy, config=config, num_envs=slots, threads=1)
+    return {(record.row.scene_id, record.row.pair): record.actions for record in runner.run(keys)}
+
+
+def test_its_checkpoint_acts_the_same_in_one_slot_and_in_three(unbroken):
+    policy = load_checkpoint_policy(unbroken / "policy.pt", PolicyOptions())
+    alone, beside = actions(policy, 1), actions(policy, 3)
+    assert all(np.array_equal(alone[key], beside[key]) for key in alone)
+
+
+def test_it_is_evaluated_and_replayed_as_any_policy(unbroken, tmp_path):
+    write_box_scene_set(tmp_path / "scenes", 1)
+    where = ["--scenes", str(tmp_path / "scenes"), "--out", str(tmp_path / "out"), "--max-steps", "2"]
+    assert run(["evaluate", "--policy", str(unbroken / "policy.pt"), *where, "--threads", "1"]) == 0
+    assert run(["replay", str(tmp_path / "out"), "--threads", "1"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda state: state.update(format="another"), "not the state of this training"),
+        (lambda state: state.pop("slots"), "KeyError"),
+        (lambda state: state["critic"].popitem(), "RuntimeError"),
+    ],
+)
+def test_a_damaged_state_is_refused_in_one_line(unbroken, tmp_path, change, said):
+    state = torch.load(unbroken / "state.pt", weights_only=True)
+    change(state)
+    (tmp_path / "run.json").write_text((unbroken / "run.json").read_text())
+    torch.save(state, tmp_path / "state.pt")
+    with pytest.raises(InvalidFileError, match=said) as caught:
+        make_training(tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_kept_must_outlast_what_is_added_between_two_states():
+    with pytest.raises(ValidationError, match="kept: 1000 is less than twice slots"):
+        TeacherSettings(slots=64, steps=20, save_every=1, kept=1000)
+    assert all(settings.kept >= 2 * settings.pushes_at_risk for settings in PRESETS.values())
