@@ -66,8 +66,9 @@ class PushingPolicy(ABC):
         residuals: list[np.ndarray] = []
         for row, (number, step) in enumerate(zip(inputs.slots.tolist(), inputs.steps.tolist(), strict=True)):
             slot = self._slots[number]
-            seen = self._see(slot, inputs, row)
-            if slot.tracker.is_over()[0]:
+            is_choosing = bool(slot.tracker.is_over()[0])
+            seen = self._see(slot, inputs, row, is_choosing=is_choosing)
+            if is_choosing:
                 rng = slot.rng(step)
                 drawn = draw_candidates(seen.state, seen.goals, seen.shapes, seen.targets, self._counts, rng)
                 chosen = self._choose(slot, inputs, row, seen, drawn)
@@ -76,8 +77,8 @@ class PushingPolicy(ABC):
         return np.concatenate(residuals).astype(np.float32)
 
     @abstractmethod
-    def _see(self, slot: Slot, inputs: PolicyInput, row: int) -> Seen:
-        """What is known of a row of the input."""
+    def _see(self, slot: Slot, inputs: PolicyInput, row: int, *, is_choosing: bool) -> Seen:
+        """What is known of a row of the input, to choose a push or only to carry one out."""
 
     @abstractmethod
     def _choose(

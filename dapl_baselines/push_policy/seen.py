@@ -14,6 +14,11 @@ from dapl_baselines.push_policy.target_shapes import CONTACTS, SURFACE_POINTS, T
 
 NEIGHBOURS: Final = 12
 """Points that a surface normal is fitted to."""
+BESIDE_M: Final = 0.015
+ON_SURFACE_M: Final = 0.001
+FADING_M: Final = 0.02
+"""Points that tell which side of a surface is inside: no further than the first from the normal's line, off the surface
+by more than the second; the third is the distance at which they count e times less."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -62,12 +67,17 @@ def see_states(
     return Seen(state=state, goals=goals, shapes=shapes, targets=targets, hand=hand, qvel=bodies.arm_qvel)
 
 
-def see_points(observation: Observation[np.ndarray]) -> Seen:
+def see_points(observation: Observation[np.ndarray], *, has_normals: bool = True) -> Seen:
     """From points alone, with what a robot knows of itself.
 
     The target's frame is that of the world, at the centroid of its points, which stands in for the centre of mass that
     its goal is told by. Velocities are those of the rigid body that its points' velocities fit best, the mass is theirs
     together. Friction and other objects are not known; of the others, tokens tell.
+
+    Args:
+        observation: What is observed.
+        has_normals: Whether surface normals are wanted, which drawing pushes needs and carrying them out does not; zero
+            without.
     """
     points = observation["object_points"].astype(np.float64)
     joints, goal = observation["joint_state"].astype(np.float64), observation["relative_goal"].astype(np.float64)
@@ -90,7 +100,7 @@ def see_points(observation: Observation[np.ndarray]) -> Seen:
     shapes = TargetShapes(
         index={},
         contacts=contacts,
-        normals=fit_normals(contacts, offsets),
+        normals=fit_normals(contacts, offsets) if has_normals else np.zeros_like(contacts),
         surface=offsets[:, :: offsets.shape[1] // SURFACE_POINTS].astype(np.float32),
     )
     return Seen(state=state, goals=goals, shapes=shapes, targets=np.arange(rows), hand=hand, qvel=joints[:, 7:])
@@ -116,7 +126,7 @@ def fit_velocities(
 def fit_normals(
     at: Float64[np.ndarray, "row contact 3"], points: Float64[np.ndarray, "row point 3"]
 ) -> Float64[np.ndarray, "row contact 3"]:
-    """Unit normals of a surface of which points are known, away from their centroid, which is the origin.
+    """Unit normals of a surface of which points are known, towards the side on which fewer of them are near.
 
     Args:
         at: Where [m].
@@ -128,7 +138,10 @@ def fit_normals(
     around = around - around.mean(axis=2, keepdims=True)
     _, axes = np.linalg.eigh(np.einsum("rcni,rcnj->rcij", around, around))
     normals = axes[..., 0]
-    return normals * np.where((normals * at).sum(axis=-1, keepdims=True) < 0, -1.0, 1.0)
+    ahead = np.einsum("rpi,rci->rcp", points, normals) - (at * normals).sum(axis=-1, keepdims=True)
+    is_close = (distances - ahead**2 < BESIDE_M**2) & (np.abs(ahead) > ON_SURFACE_M)
+    occupied = (is_close * np.sign(ahead) * np.exp(-np.abs(ahead) / FADING_M)).sum(axis=-1, keepdims=True)
+    return normals * np.where(occupied > 0, -1.0, 1.0)
 
 
 def _rotation(six: Float[np.ndarray, "row 6"]) -> Float64[np.ndarray, "row 3 3"]:

@@ -32,8 +32,8 @@ class PushStudentPolicy(PushingPolicy):
         super().__init__(student.config.critic, policy_hash)
         self._student = student.eval()
 
-    def _see(self, slot: Slot, inputs: PolicyInput, row: int) -> Seen:  # noqa: ARG002  the episode is not for its eyes
-        return see_points(row_of(inputs, row))
+    def _see(self, slot: Slot, inputs: PolicyInput, row: int, *, is_choosing: bool) -> Seen:  # noqa: ARG002
+        return see_points(row_of(inputs, row), has_normals=is_choosing)
 
     def _choose(
         self,

@@ -60,7 +60,7 @@ class PushTeacherPolicy(PushingPolicy):
                 raise InvalidValueError(f"the teacher knows scenes of {known} objects, not of {scene.object_count}")
             self._known[slot] = SceneFacts.of([scene]), TargetShapes.of(scene.assets[:1])
 
-    def _see(self, slot: Slot, inputs: PolicyInput, row: int) -> Seen:
+    def _see(self, slot: Slot, inputs: PolicyInput, row: int, *, is_choosing: bool) -> Seen:  # noqa: ARG002
         if inputs.states is None:
             raise InvalidValueError("the teacher is privileged: it needs the simulation's states in its input")
         facts, shapes = self._known[int(inputs.slots[row])]
