@@ -9,7 +9,7 @@ from clutter6d.scene import GoalPair
 from clutter6d.seeding import generator
 from clutter6d.sim.batch import SceneBatch
 from clutter6d.sim.kinematics import inverse_kinematics
-from clutter6d.sim.model_variation import named_scales, raise_poses, table_height_m, vary_model
+from clutter6d.sim.model_variation import let_sleep, named_scales, raise_poses, table_height_m, vary_model
 from clutter6d.sim.robot import HOME_QPOS
 from clutter6d.sim.scene_model import SceneModel, compile_scene
 from tests.scene_fixtures import make_box_asset, make_box_scene
@@ -106,6 +106,24 @@ def test_masses_frictions_and_derived_constants_are_those_of_a_compiled_model(bo
     slippery = vary_model(model, friction_scale=np.array([0.5, 1, 1, 2.0]))
     np.testing.assert_allclose(slippery.object_frictions(), [0.25, 0.5, 0.5, 1.0])
     np.testing.assert_allclose(model.object_frictions(), 0.5, err_msg="the original was changed")
+
+
+def test_objects_that_may_sleep_stand_still_and_are_pushed_as_those_that_may_not(boxes, pushed):
+    pair, model = boxes
+    (sleepy,) = push_target([let_sleep(model)], pair)
+    plain = pushed["as it is"]
+    assert np.abs(sleepy[-1, 0, :3] - sleepy[0, 0, :3]).max() > 0.03
+    np.testing.assert_allclose(sleepy[..., :3], plain[..., :3], atol=2e-3)
+    others, awake = sleepy[2:, 2:], plain[2:, 2:]
+    assert (others == others[0]).all(), "untouched objects move while they sleep"
+    assert not (awake == awake[0]).all()
+
+
+def test_letting_objects_sleep_leaves_the_scene_as_it_was(boxes):
+    _, model = boxes
+    flags = model.model.opt.enableflags
+    assert let_sleep(model).model.opt.enableflags != flags
+    assert model.model.opt.enableflags == flags
 
 
 def test_objects_rest_on_a_moved_table(boxes):
