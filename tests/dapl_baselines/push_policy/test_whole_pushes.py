@@ -3,12 +3,16 @@ import pytest
 
 from clutter6d.geometry import is_unit, quat_from_axis_angle, quat_from_yaw, quat_to_matrix
 from clutter6d.seeding import generator
+from dapl_baselines.planners import motions
 from dapl_baselines.planners.config import PushConfig
 from dapl_baselines.planners.motions import tilt_and_twist
 from dapl_baselines.push_policy import push as columns
+from dapl_baselines.push_policy import whole_pushes
 from dapl_baselines.push_policy.whole_pushes import (
     ALL,
-    FAR_TURN_RAD,
+    AXIS_NOISE_RAD,
+    DIRECTION_NOISE,
+    FRICTION_CONE_RAD,
     LENGTH_M,
     LOWEST_CONTACT_M,
     LOWEST_START_M,
@@ -16,6 +20,7 @@ from dapl_baselines.push_policy.whole_pushes import (
     MOVE,
     MOVE_SHARES,
     SPEED_M,
+    TEMPERATURE,
     TIP,
     TIP_SHARES,
     TURN,
@@ -26,9 +31,6 @@ from dapl_baselines.push_policy.whole_pushes import (
 from tests.dapl_baselines.push_policy.drawn import SHAPES, draw_goals, draw_quats, draw_state
 
 STANDING = np.array([0.05, -0.1, 0.07, 1.0, 0.0, 0.0, 0.0])
-NAMES = {
-    name: getattr(columns, name) for name in ("CONTACT", "NORMAL", "DIRECTION", "START", "HAND", "LENGTH", "SPEED")
-}
 
 
 def draw(poses: np.ndarray, goals: np.ndarray, count: int = 300, seed: int = 0) -> np.ndarray:
@@ -59,10 +61,14 @@ def test_an_object_that_only_must_be_moved_is_not_tipped_or_turned():
     assert {_intent(uniform, 0.1, 0.05) for uniform in np.linspace(0, 1, 20)} == {MOVE}
 
 
-def test_a_box_on_the_right_face_is_never_meant_to_tip():
-    upright = PushConfig().upright_shares
-    assert upright[TIP] == 0
-    np.testing.assert_allclose(np.diff([0.0, *MOVE_SHARES, 1.0]), upright)
+def test_what_the_compiled_code_must_repeat_is_as_the_planner_has_it():
+    config = PushConfig()
+    np.testing.assert_allclose(np.diff([0.0, *MOVE_SHARES, 1.0]), config.upright_shares)
+    np.testing.assert_allclose(np.diff([0.0, *TIP_SHARES, 1.0]), config.tipping_shares)
+    assert (config.axis_noise_rad, config.friction_cone_rad) == (AXIS_NOISE_RAD, FRICTION_CONE_RAD)
+    assert (config.score_temperature, config.direction_noise) == (TEMPERATURE, DIRECTION_NOISE)
+    for name in ("UPRIGHT_RAD", "ALIGNED_RAD", "OVERHEAD_RAD", "FAR_TURN_RAD", "LOW_M"):
+        assert getattr(whole_pushes, name) == getattr(motions, f"_{name}"), name
 
 
 def test_contacts_are_contact_points_with_their_normals():
@@ -137,7 +143,3 @@ def test_even_a_target_at_its_goal_and_one_under_the_table_get_pushes():
     assert np.isfinite(draw(STANDING, STANDING)).all()
     sunk = STANDING - np.array([0, 0, 1.0, 0, 0, 0, 0])
     assert np.isfinite(draw(sunk, STANDING)).all()
-
-
-def test_a_long_turn_is_made_in_parts():
-    assert np.pi / 2 > FAR_TURN_RAD
