@@ -6,17 +6,19 @@ from clutter6d.geometry import quat_from_yaw, quat_multiply, quat_to_matrix, tra
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy.push_frame import PushView, feature_count, push_axes, view_pushes
 from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState
+from dapl_baselines.teacher.transitions import mirrored
 from tests.dapl_baselines.push_policy.drawn import BOX, draw_goals, draw_pushes, draw_state, make_push, surface
+from tests.dapl_baselines.teacher.stories import draw_transitions
 
 ROWS = 6
 PLACE_FEATURES = 9
 """The robot's base, where it starts, where the target is and shall be: what a place on the table changes."""
 
 
-def view(state: PushState[np.ndarray], goals: np.ndarray, pushes: np.ndarray) -> PushView:
-    """In double precision, so that what should be equal is."""
+def view(state: PushState[np.ndarray], goals: np.ndarray, pushes: np.ndarray, side: int = 1) -> PushView:
+    """In double precision, so that what should be equal is; ``side`` -1: of the mirrored box."""
     in_doubles = PushState(**{name: torch.from_numpy(getattr(state, name)) for name in STATE_FIELDS})
-    points = torch.from_numpy(surface(len(goals)).astype(np.float64))
+    points = torch.from_numpy(surface(len(goals)).astype(np.float64) * [1, side, 1])
     return view_pushes(in_doubles, torch.from_numpy(goals), points, torch.from_numpy(pushes))
 
 
@@ -58,6 +60,18 @@ def test_only_the_place_on_the_table_changes_when_the_world_is_turned(yaw):
     where = np.flatnonzero(changes)
     assert len(where) == PLACE_FEATURES
     assert where[-1] - where[0] == PLACE_FEATURES - 1
+
+
+def test_in_a_mirrored_world_every_number_is_the_same_or_its_opposite_and_left_is_right():
+    found = draw_transitions(ROWS)
+    other = mirrored(found)
+    one, two = (view(each.before, each.goals, each.pushes[:, None], side) for each, side in ((found, 1), (other, -1)))
+    before, after = one.features.flatten(0, 1), two.features.flatten(0, 1)
+    same, opposite = (((after - sign * before).abs() < 1e-9).all(dim=0) for sign in (1, -1))
+    left, right = (~(same | opposite)).nonzero().flatten().tolist()
+    np.testing.assert_allclose(after[:, [left, right]], -before[:, [right, left]])
+    assert opposite.sum() > 10
+    np.testing.assert_allclose(two.points, one.points * torch.tensor([1, -1, 1, 1, -1, 1, 1]), atol=1e-9)
 
 
 @pytest.mark.parametrize("obstacles", [0, 1, 3, 7, 11])
