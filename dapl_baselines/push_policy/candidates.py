@@ -1,6 +1,11 @@
-"""The pushes that a decision is made among: segments from where the hand is, and whole pushes."""
+"""The pushes that a decision is made among: whole pushes, and near the target also segments from where the hand is.
+
+Far from the target a segment does nothing, and a critic that must choose the best of many that do nothing chooses by
+its own errors: it goes on choosing them.
+"""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from jaxtyping import Float, Float64, Int
@@ -11,13 +16,16 @@ from dapl_baselines.push_policy.segments import draw_segments
 from dapl_baselines.push_policy.target_shapes import TargetShapes
 from dapl_baselines.push_policy.whole_pushes import draw_whole_pushes
 
+NEAR_M: Final = 0.04
+"""Finger tips nearer to a contact point than this are near the target."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Counts:
     """How many pushes of each kind are drawn.
 
     Attributes:
-        segments: Segments.
+        segments: Segments, where the finger tips are near the target; elsewhere these are whole pushes too.
         whole: Whole pushes.
     """
 
@@ -47,4 +55,7 @@ def draw_candidates(
     points, normals = shapes.contacts[targets] @ rotation, shapes.normals[targets] @ rotation
     tips = (state.tips - state.poses[:, :3]).astype(np.float64)
     segments = draw_segments(points, normals, tips, state.hands, counts.segments, rng)
-    return np.concatenate([segments, draw_whole_pushes(state.poses, goals, points, normals, counts.whole, rng)], axis=1)
+    drawn = draw_whole_pushes(state.poses, goals, points, normals, counts.segments + counts.whole, rng)
+    is_near = (((points - tips[:, None]) ** 2).sum(axis=-1) < NEAR_M**2).any(axis=1)
+    drawn[is_near, : counts.segments] = segments[is_near]
+    return drawn

@@ -25,7 +25,7 @@ class PushCriticConfig(FileModel):
         obstacles: Other objects in a scene.
         point_sizes: Units of the two layers that each surface point goes through.
         hidden_size: Units of the three layers after.
-        segments: Segments that a decision is made among.
+        segments: Segments that a decision is made among, near the target.
         whole_pushes: Whole pushes that it is made among.
         look_ahead: Of these, the best so many are tried in a copy of the simulation first; 0: the critic alone decides.
         prices: What it is trained to judge by.
@@ -35,8 +35,8 @@ class PushCriticConfig(FileModel):
     obstacles: int = Field(default=3, ge=0, le=64)
     point_sizes: tuple[int, int] = (64, 64)
     hidden_size: int = Field(default=256, ge=1, le=4096)
-    segments: int = Field(default=32, ge=1, le=4096)
-    whole_pushes: int = Field(default=32, ge=1, le=4096)
+    segments: int = Field(default=16, ge=1, le=4096)
+    whole_pushes: int = Field(default=48, ge=1, le=4096)
     look_ahead: int = Field(default=0, ge=0, le=256)
     prices: Prices = Prices()
 

@@ -68,7 +68,7 @@ class LookAhead:
             max_steps: Control steps that are left of the episode.
         """
         batch, tracker = self._batch, PushTracker(size=len(self._all))
-        batch.put(self._all, state)
+        batch.put(self._all, np.tile(state, (len(self._all), 1)))
         tracker.begin(self._all, pushes, batch.object_poses[:, 0, :3])
         steps, goals = np.zeros(len(self._all), dtype=np.int64), np.tile(goal, (len(self._all), 1))
         is_success, is_drop = np.zeros((2, len(self._all)), dtype=bool)

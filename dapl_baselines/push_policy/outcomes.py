@@ -22,7 +22,7 @@ class Prices(FileModel):
     """
 
     schema_version: Literal[1] = 1
-    discount: float = Field(default=0.98, gt=0, le=1)
+    discount: float = Field(default=0.985, gt=0, le=1)
     step: float = Field(default=0.004, ge=0)
     success: float = Field(default=1.0, ge=0)
     drop: float = Field(default=-2.0, le=0)
