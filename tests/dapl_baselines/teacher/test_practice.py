@@ -18,7 +18,7 @@ from dapl_baselines.tensor_file import write_tensor_file
 from dapl_baselines.training_report import Standing
 from tests.dapl_baselines.teacher.small_teacher import SETTINGS, small_scenes, small_shapes
 
-LONG = SETTINGS.model_copy(update={"steps": 70, "max_steps": 60})
+LONG = SETTINGS.model_copy(update={"slots": 6, "steps": 130, "max_steps": 60})
 HOME_TIPS = tip_positions(hand_pose(HOME_QPOS[None]))[0]
 
 
@@ -57,7 +57,7 @@ def test_in_an_episode_the_end_of_a_push_is_the_beginning_of_the_next(practised)
 def test_what_follows_nothing_begins_an_episode(practised):
     rows = all_rows(practised.replay)
     first = np.setdiff1d(np.arange(practised.replay.count), rows.later)
-    assert len(first) > SETTINGS.slots
+    assert len(first) > LONG.slots
     np.testing.assert_allclose(rows.before.tips[first], np.tile(HOME_TIPS, (len(first), 1)), atol=1e-6)
     starts = {pair.initial.position for scene in small_scenes().scenes for pair in scene.goal_pairs}
     for pose in rows.before.poses[first]:
@@ -78,17 +78,16 @@ def test_the_pushes_of_an_episode_take_its_steps(practised):
     assert (rows.steps > 0).all()
 
 
-def test_pushes_are_carried_out(practised):
-    """The tips end a segment where it leads, if nothing is in the way."""
+def test_most_pushes_end_where_they_lead(practised):
+    """But for those that stall, take too long, or end with their episode."""
     rows = all_rows(practised.replay)
-    is_segment = rows.pushes[:, columns.IS_SEGMENT] > 0.5
-    meant = rows.pushes[:, columns.LENGTH, None] * rows.pushes[:, columns.DIRECTION]
-    made = rows.after.tips - rows.before.tips
-    still = np.abs(rows.after.poses[:, :3] - rows.before.poses[:, :3]).max(axis=1) < 1e-3
-    high = rows.before.tips[:, 2] > 0.25
-    free = is_segment & still & high & (rows.steps > 2)
-    assert free.sum() >= 3
-    assert (made[free] * meant[free]).sum() > 0.5 * (meant[free] ** 2).sum()
+    goes_on = rows.later != NO_LATER
+    contacts = rows.before.poses[:, :3] + rows.pushes[:, columns.CONTACT]
+    is_segment = rows.pushes[:, columns.IS_SEGMENT, None] > 0.5
+    way = rows.pushes[:, columns.LENGTH, None] * rows.pushes[:, columns.DIRECTION]
+    ends = np.where(is_segment, rows.before.tips, contacts) + way
+    errors = np.linalg.norm(rows.after.tips - ends, axis=1)[goes_on]
+    assert (errors < 0.02).mean() > 0.6
 
 
 def test_nothing_is_random_but_what_is_drawn(practised, tmp_path):
@@ -101,7 +100,7 @@ def test_nothing_is_random_but_what_is_drawn(practised, tmp_path):
 
 def test_slots_of_chance_do_not_ask_the_critic(tmp_path):
     """With all of them so, two critics of other minds lead to the same."""
-    settings = LONG.model_copy(update={"random_slots": 1.0, "steps": 12})
+    settings = LONG.model_copy(update={"random_slots": 1.0, "steps": 30})
     counts = []
     for seed in (0, 1):
         course = make_course(tmp_path / str(seed), settings)
@@ -110,6 +109,7 @@ def test_slots_of_chance_do_not_ask_the_critic(tmp_path):
         course.practice.run(critic, course.replay, generator(0, "practice"))
         counts.append(course.replay.take(np.arange(course.replay.count), ["pushes"])["pushes"])
         assert course.practice.slots.tally.take().episodes == 0
+    assert len(counts[0]) > 0
     assert np.array_equal(*counts)
 
 
@@ -117,7 +117,7 @@ def put_into_file(course: Course, path: Path) -> None:
     write_tensor_file(path, copy_state(Standing(iteration=3), course))
 
 
-def go_on(course: Course, critic: PushCritic, steps: int) -> dict[str, np.ndarray]:
+def go_on(course: Course, critic: PushCritic) -> dict[str, np.ndarray]:
     """What a course makes of the next steps."""
     before = course.replay.count
     course.practice.run(critic, course.replay, generator(0, "going on"))
@@ -127,7 +127,7 @@ def go_on(course: Course, critic: PushCritic, steps: int) -> dict[str, np.ndarra
 
 def test_from_a_state_it_goes_on_as_the_one_that_went_on(tmp_path):
     """Paused between pushes and flights, with objects asleep and awake."""
-    settings = LONG.model_copy(update={"steps": 33})
+    settings = LONG.model_copy(update={"steps": 43})
     course = make_course(tmp_path / "replay", settings)
     critic = course.learner.critic
     course.practice.run(critic, course.replay, generator(0, "practice"))
@@ -136,8 +136,8 @@ def test_from_a_state_it_goes_on_as_the_one_that_went_on(tmp_path):
     other.replay.add(course.replay.take(np.arange(course.replay.count), course.replay.fields))
     assert read_state(tmp_path / "state.pt", other).iteration == 3
     assert other.replay.count == course.replay.count
-    one, same = (go_on(each, critic, 33) for each in (course, other))
-    assert len(one["steps"]) > 5
+    one, same = (go_on(each, critic) for each in (course, other))
+    assert len(one["steps"]) > 3
     assert all(np.array_equal(one[name], same[name]) for name in one)
     slots = course.practice.slots, other.practice.slots
     assert slots[0].tally.take() == slots[1].tally.take()
