@@ -35,7 +35,12 @@ ABOVE_START_M: Final = 0.02
 LAG_M: Final = 0.02
 """The tips may lag so far behind the path, and a step more, before the path waits for them."""
 STALLED_STEPS: Final = 4
-MAX_STEPS: Final = 45
+"""Control steps of waiting, or of flying without coming on, after which a push is given up."""
+STILL_M: Final = 0.003
+"""Tips that move by less in a control step of a flight do not come on: something is in the way."""
+NEARLY_THERE_M: Final = 0.03
+"""Tips that do not come on, but are nearer to the start than this, begin the push from there."""
+MAX_STEPS: Final = 60
 MAX_SEGMENT_STEPS: Final = 12
 
 
@@ -53,7 +58,8 @@ class PushTracker:
         hands: How the hand is held, hand frame to world frame.
         is_pushing: Whether the flight is over.
         done: How far along its path each slot is meant to be [m].
-        stalled: Control steps for which the path has waited.
+        stalled: Control steps for which the path has waited, or the flight has not come on.
+        last_tips: Where the tips were at the last control step [m].
         ages: Control steps since the push was given.
         limits: Control steps that it may take.
     """
@@ -68,13 +74,14 @@ class PushTracker:
     is_pushing: Bool[np.ndarray, "slot"] = field(init=False)
     done: Float64[np.ndarray, "slot"] = field(init=False)
     stalled: Int[np.ndarray, "slot"] = field(init=False)
+    last_tips: Float64[np.ndarray, "slot 3"] = field(init=False)
     ages: Int[np.ndarray, "slot"] = field(init=False)
     limits: Int[np.ndarray, "slot"] = field(init=False)
 
     def __post_init__(self) -> None:
         """Slots without a push: what they have is over."""
         size = self.size
-        self.starts, self.contacts, self.directions = np.zeros((3, size, 3))
+        self.starts, self.contacts, self.directions, self.last_tips = np.zeros((4, size, 3))
         self.lengths, self.speeds, self.done = np.zeros((3, size))
         self.hands = np.tile(POINTING_DOWN, (size, 1, 1))
         self.is_pushing = np.ones(size, dtype=bool)
@@ -98,7 +105,7 @@ class PushTracker:
         self.lengths[slots], self.speeds[slots] = pushes[:, columns.LENGTH], pushes[:, columns.SPEED]
         self.hands[slots] = quat_to_matrix(pushes[:, columns.HAND]) @ POINTING_DOWN
         self.is_pushing[slots] = is_segment
-        self.done[slots], self.stalled[slots], self.ages[slots] = 0.0, 0, 0
+        self.done[slots], self.stalled[slots], self.ages[slots], self.last_tips[slots] = 0.0, 0, 0, np.inf
         self.limits[slots] = np.where(is_segment, MAX_SEGMENT_STEPS, MAX_STEPS)
 
     def is_over(self) -> Bool[np.ndarray, "slot"]:
@@ -124,11 +131,20 @@ class PushTracker:
         tips = tip_positions(hand.pose)
         distances = _lengths(self.starts - tips)
         self.ages += 1
-        self.is_pushing |= distances < ARRIVED_M
+        self._arrive(tips, distances)
         flight_speeds = np.where(distances < SLOW_DOWN_M, np.maximum(distances, 0.01), FLIGHT_SPEED_M)
         targets = np.where(self.is_pushing[:, None], self._push_on(tips), self._fly(tips, obstacles))
         speeds = np.where(self.is_pushing, np.maximum(self.speeds, 0.015) + 0.01, flight_speeds)
         return residuals_for(joint_steps(hand, targets, self.hands, speeds), qvel, config)
+
+    def _arrive(self, tips: Float64[np.ndarray, "slot 3"], distances: Float64[np.ndarray, "slot"]) -> None:
+        """End the flights that are there, or as near as they come."""
+        is_still = _lengths(tips - self.last_tips) < STILL_M
+        has_arrived = ~self.is_pushing & ((distances < ARRIVED_M) | (is_still & (distances < NEARLY_THERE_M)))
+        self.stalled = np.where(~self.is_pushing & is_still, self.stalled + 1, self.stalled)
+        self.stalled[has_arrived | (~self.is_pushing & ~is_still)] = 0
+        self.is_pushing |= has_arrived
+        self.last_tips = tips.copy()
 
     def _path_lengths(self) -> Float64[np.ndarray, "slot"]:
         return _lengths(self.contacts - self.starts) + self.lengths
@@ -148,7 +164,7 @@ class PushTracker:
         targets[:, 2] = np.maximum(targets[:, 2], LOWEST_TIP_M)
         keeps_up = _lengths(self._at(self.done) - tips) < LAG_M + self.speeds
         self.done = np.where(self.is_pushing & keeps_up, ahead, self.done)
-        self.stalled = np.where(self.is_pushing & ~keeps_up, self.stalled + 1, 0)
+        self.stalled = np.where(self.is_pushing, np.where(keeps_up, 0, self.stalled + 1), self.stalled)
         return targets
 
     def _fly(
