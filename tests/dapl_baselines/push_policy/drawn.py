@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from clutter6d.geometry import quat_from_axis_angle, quat_from_yaw, quat_multiply
+from clutter6d.geometry import quat_from_axis_angle, quat_from_yaw, quat_multiply, quat_to_matrix
 from clutter6d.seeding import generator
 from dapl_baselines.push_policy import push as columns
-from dapl_baselines.push_policy.candidates import Counts, draw_candidates
 from dapl_baselines.push_policy.push_state import PushState
+from dapl_baselines.push_policy.segments import draw_segments
 from dapl_baselines.push_policy.target_shapes import TargetShapes
+from dapl_baselines.push_policy.whole_pushes import draw_whole_pushes
 from tests.scene_fixtures import make_box_asset
 
 BOX = make_box_asset("drawn", (0.06, 0.09, 0.14))
@@ -46,10 +47,11 @@ def draw_goals(rows: int, seed: int = 0) -> np.ndarray:
 
 
 def draw_pushes(state: PushState[np.ndarray], goals: np.ndarray, each: int = 3, seed: int = 0) -> np.ndarray:
-    """As many segments as whole pushes, of the box."""
-    targets = np.zeros(len(goals), dtype=np.int64)
-    counts = Counts(segments=each, whole=each)
-    return draw_candidates(state, goals, SHAPES, targets, counts, generator(seed, "drawn pushes"))
+    """As many segments as whole pushes, of the box, wherever the hand is."""
+    rotation, rng = quat_to_matrix(state.poses[:, 3:]).transpose(0, 2, 1), generator(seed, "drawn pushes")
+    points, normals = SHAPES.contacts[[0]] @ rotation, SHAPES.normals[[0]] @ rotation
+    segments = draw_segments(points, normals, state.tips - state.poses[:, :3], state.hands, each, rng)
+    return np.concatenate([segments, draw_whole_pushes(state.poses, goals, points, normals, each, rng)], axis=1)
 
 
 def surface(rows: int) -> np.ndarray:
