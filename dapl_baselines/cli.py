@@ -19,6 +19,7 @@ _COMMANDS: Final = {
         "dapl_baselines.push_distillation.cli:distill_pushes",
         "Distil a teacher of pushes into one that sees points alone.",
     ),
+    "validate": ("dapl_baselines.validation_cli:validate", "Evaluate a policy on the scenes that trainings hold out."),
     "serve": ("dapl_baselines.serving.cli:serve", "Serve a policy to a robot's computer, over a websocket."),
     "export": ("dapl_baselines.serving.cli:export", "Export a policy to ONNX and TorchScript."),
 }

@@ -28,7 +28,7 @@ class ValidationResult:
     """Means over the episodes.
 
     Attributes:
-        episodes: How many: the first goal pair of every scene.
+        episodes: How many.
         success_rate: Share that ended at the goal, as the benchmark defines it.
         mean_offset_cm: Mean offset of the other objects.
         position_error_m: Distance to the goal at the end.
@@ -48,22 +48,26 @@ def run_validation(
     policy: Policy,
     scenes: SceneSubset,
     *,
+    pairs: int = 1,
     max_steps: int = MAX_CONTROL_STEPS,
+    num_envs: int = PARALLEL_EPISODES,
     threads: int = 0,
     observe: Observer = ignore,
 ) -> ValidationResult:
-    """Attempt the first goal pair of every scene, as ``clutter6d evaluate --pairs 1`` does.
+    """Attempt the first goal pairs of every scene, as ``clutter6d evaluate --pairs 1`` does.
 
     Args:
         policy: What acts.
         scenes: The validation scenes.
+        pairs: Goal pairs of each.
         max_steps: Control steps of an episode at most.
+        num_envs: Episodes that run at once, at most.
         threads: Threads of the simulation; 0 for all cores.
         observe: Told the name of what is done, how much is, and of how much, whenever an episode ends.
     """
     config = EnvConfig(termination=TerminationConfig(max_steps=max_steps))
-    runner = EpisodeRunner(scenes, policy, config=config, num_envs=PARALLEL_EPISODES, threads=threads)
-    keys, rows = [(scene.scene_id, 0) for scene in scenes.scenes], list[EpisodeRow]()
+    runner = EpisodeRunner(scenes, policy, config=config, num_envs=num_envs, threads=threads)
+    keys, rows = [(scene.scene_id, pair) for pair in range(pairs) for scene in scenes.scenes], list[EpisodeRow]()
     for record in runner.run(keys):
         rows.append(record.row)
         observe("validation", len(rows), len(keys))
