@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from clutter6d.errors import UnknownNameError
 from clutter6d.schema import FileModel
+from dapl_baselines.checkpoint import Precision
 from dapl_baselines.world_model.batches import BatchConfig
 from dapl_baselines.world_model.loss import LossConfig
 from dapl_baselines.world_model.model import WorldModelConfig
@@ -30,6 +31,7 @@ class TrainConfig(FileModel):
         max_gradient_norm: Gradients longer than this are cut to it.
         precision: Of matrix products in training; weights stay float32. On a CPU a step in bfloat16 takes a third
             longer than in float32, measured on one that has instructions for it; on a graphics card it pays.
+        stored_precision: Of the weights in the checkpoint.
         log_every: Steps that a row of the loss curve is the mean of; what an interruption costs at most.
         save_every: Steps between two states on disk; what a kill costs at most.
         validate_every: Steps between two looks at the scenes that are held out.
@@ -48,6 +50,7 @@ class TrainConfig(FileModel):
     weight_decay: float = Field(default=0.01, ge=0)
     max_gradient_norm: float = Field(default=1.0, gt=0)
     precision: Literal["bfloat16", "float32"] = "float32"
+    stored_precision: Precision = "float32"
     log_every: int = Field(default=10, ge=1)
     save_every: int = Field(default=100, ge=1)
     validate_every: int = Field(default=500, ge=1)
@@ -109,7 +112,8 @@ class TrainPreset:
 
 TRAIN_PRESETS: Final[Mapping[str, TrainPreset]] = {
     "laptop": TrainPreset(
-        train=TrainConfig(minutes=60.0, batch=BatchConfig(rows=32)), loss=LossConfig(variance_weight=1.0)
+        train=TrainConfig(minutes=60.0, batch=BatchConfig(rows=32), stored_precision="float16"),
+        loss=LossConfig(variance_weight=1.0),
     ),
     "paper": TrainPreset(
         train=TrainConfig(

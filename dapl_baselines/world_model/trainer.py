@@ -165,6 +165,7 @@ class Trainer:
                 architecture=ARCHITECTURE,
                 config=self.config.model,
                 module=self._learner.model,
+                precision=self._train.stored_precision,
                 history=(*self._history, training_record(self.config, self._data, self.step)),
             )
 
