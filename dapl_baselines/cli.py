@@ -20,6 +20,7 @@ _COMMANDS: Final = {
         "Distil a teacher of pushes into one that sees points alone.",
     ),
     "validate": ("dapl_baselines.validation_cli:validate", "Evaluate a policy on the scenes that trainings hold out."),
+    "show-curves": ("dapl_baselines.curves_cli:show_curves", "Draw learning curves of trainings of policies."),
     "serve": ("dapl_baselines.serving.cli:serve", "Serve a policy to a robot's computer, over a websocket."),
     "export": ("dapl_baselines.serving.cli:export", "Export a policy to ONNX and TorchScript."),
 }
