@@ -92,7 +92,7 @@ class _Frame:
     def points(self) -> Float[Tensor, "row push point 7"]:
         """Of the target's surface."""
         here = (self.placed[:, None] - self.contact[:, :, None]) @ self.axes.mT
-        flow = self.flow[:, None].clamp(-0.5, 0.5) @ self.axes.mT
+        flow = (self.flow[:, None] @ self.axes.mT).clamp(-0.5, 0.5)
         heights = (self.placed[..., 2:] + self.state.poses[:, None, 2:3])[:, None].expand(*here.shape[:-1], 1)
         return torch.cat([10 * here, 5 * flow, 10 * heights], dim=-1)
 

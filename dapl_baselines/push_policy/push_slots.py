@@ -14,6 +14,7 @@ from clutter6d.envs.episodes import EpisodeSlots, StepResult
 from clutter6d.envs.observation import BodyState, Observation
 from clutter6d.envs.slots import Motion, Slots
 from clutter6d.envs.tasks import TaskSource
+from clutter6d.seeding import seed_words
 from clutter6d.sim.model_variation import let_sleep
 from dapl_baselines.policy.episode_tally import EpisodeTally
 from dapl_baselines.push_policy.push_state import SceneFacts
@@ -51,7 +52,7 @@ class PushSlots:
         shapes: Shapes of all their targets.
         config: Of the environment.
         size: Slots.
-        seed: The first slot's; the others' follow.
+        seed: Of the episodes that are drawn.
         threads: Threads of the simulation; 0 for all cores.
 
     Attributes:
@@ -64,7 +65,7 @@ class PushSlots:
         self._shapes, self._config, self._all = shapes, config, np.arange(size)
         source = TaskSource(scenes, kept_models=len(scenes.scenes), prepare=let_sleep)
         self._streams = EpisodeStreams(source, size, config)
-        self._streams.seed([seed + slot for slot in range(size)])
+        self._streams.seed([seed_words(seed, "push slot", slot)[0] for slot in range(size)])
         self._episodes = EpisodeSlots(self._streams, config, threads=threads)
         self._facts = SceneFacts.of([task.model for task in self._streams.tasks])
         self.targets = np.zeros(size, dtype=np.int64)

@@ -75,5 +75,4 @@ def test_a_new_episode_is_seen_with_its_own_scene():
 def test_slots_have_episodes_of_their_own_that_their_seed_names():
     drawn = {seed: make_slots(seed=seed).places for seed in (0, 1)}
     assert drawn[0] == make_slots(seed=0).places
-    assert drawn[0].seeds == (0, 1, 2)
-    assert drawn[1].seeds == (1, 2, 3)
+    assert len({*drawn[0].seeds, *drawn[1].seeds}) == 6
