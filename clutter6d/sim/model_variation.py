@@ -62,8 +62,8 @@ def vary_model(
 def let_sleep(scene: SceneModel) -> SceneModel:
     """A copy whose objects are not simulated while they are at rest and untouched; for training.
 
-    Sparse scenes run two to three times as fast. What happens in them is no longer the benchmark's to the bit: an object
-    that creeps by less than 1 mm/s stands still.
+    Sparse scenes run two to three times as fast. What happens in them is no longer the benchmark's to the bit: an
+    object that creeps by less than 1 mm/s stands still.
     """
     model = copy.copy(scene.model)
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
