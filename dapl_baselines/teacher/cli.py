@@ -23,6 +23,10 @@ def train_teacher(
     ] = "sparse-train",
     out: Annotated[Path, typer.Option(help="Folder; a training that was left goes on.")] = Path("trainings/teacher"),
     iterations: Annotated[int | None, typer.Option(min=1, help="Iterations in all; default the preset's.")] = None,
+    falling_updates: Annotated[
+        int | None,
+        typer.Option(min=1, help="Steps in which the learning rate falls; default the preset's. May be changed later."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything drawn.")] = 0,
     threads: Annotated[int, typer.Option(min=0, help="Threads of the simulation; 0 for all cores.")] = 0,
     max_minutes: Annotated[
@@ -30,7 +34,9 @@ def train_teacher(
     ] = None,
 ) -> None:
     """Train a teacher that knows the true state and chooses among pushes; a training that was stopped goes on."""
-    settings = with_choices(find_preset(PRESETS, preset), iterations=iterations, seed=seed)
+    settings = with_choices(
+        find_preset(PRESETS, preset), iterations=iterations, falling_updates=falling_updates, seed=seed
+    )
     scenes, console = open_training_scenes(split), Console(markup=False, emoji=False)
     with progress_bars(console) as progress:
         training = TeacherTraining(scenes, settings, out, threads=threads, observe=BarsByName(progress).update)

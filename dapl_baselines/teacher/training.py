@@ -36,6 +36,8 @@ from dapl_baselines.watched_training import STATE_FILE, WatchedTraining, read_ta
 
 ARCHITECTURE: Final = "push-critic"
 RUN_FILE, REPLAY_FOLDER = "run.json", "replay"
+MAY_CHANGE: Final = {"settings.iterations", "settings.falling_updates"}
+"""A training may be made longer or brought to its end sooner; its checkpoints say with what it was made last."""
 
 
 class TeacherRecord(FileModel):
@@ -91,7 +93,7 @@ class TeacherTraining(WatchedTraining[TeacherReport]):
             training_sha256=scenes.training.sha256,
             validation_sha256=scenes.validation.sha256,
         )
-        claim(out / RUN_FILE, record, what="teacher's training", may_change={"settings.iterations"})
+        claim(out / RUN_FILE, record, what="teacher's training", may_change=MAY_CHANGE)
         shapes = TargetShapes.of(read_targets(scenes.training, observe))
         learner = TeacherLearner(self.settings, shapes)
         practice = Practice(scenes.training, shapes, self.settings, threads=threads)
