@@ -1,8 +1,3 @@
-import csv
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,24 +9,11 @@ from clutter6d.errors import InvalidFileError, InvalidValueError
 from dapl_baselines.checkpoint import read_checkpoint
 from dapl_baselines.policy.policy import NetworkPolicy
 from tests.dapl_baselines.distillation.small_distillation import SETTINGS, TowardsTheGoal, make_distillation
+from tests.dapl_baselines.interrupted import curve, kill_after, outcome
 from tests.dapl_baselines.policy.networks import STATE_ONLY, make_network
 from tests.scene_fixtures import write_box_scene_set
 
-ROOT = Path(__file__).parents[3]
 PRIVILEGED = STATE_ONLY.model_copy(update={"state_parts": ("relative_goal", "object_states"), "objects": 4})
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    """A curve, but for the columns that take the time."""
-    with path.open() as file:
-        return [{k: v for k, v in row.items() if not k.startswith("timing_")} for row in csv.DictReader(file)]
-
-
-def outcome(folder: Path) -> dict[str, object]:
-    """Everything a distillation leaves that must not depend on interruptions."""
-    header = read_checkpoint(folder / "policy.pt").header
-    curves = {name: rows(folder / f"{name}.csv") for name in ("training", "validation")}
-    return curves | {"weights": header.weights_sha256, "history": header.history}
 
 
 @pytest.fixture(scope="module")
@@ -42,9 +24,9 @@ def unbroken(tmp_path_factory) -> Path:
 
 
 def test_it_leaves_curves_and_a_checkpoint_that_names_the_teacher(unbroken):
-    training = rows(unbroken / "training.csv")
+    training = curve(unbroken / "training.csv")
     assert [float(row["teacher_share"]) for row in training] == [1, 0.75, 0.5, 0.25, 0, 0, 0, 0]
-    assert [int(row["iteration"]) for row in rows(unbroken / "validation.csv")] == [4, 8]
+    assert [int(row["iteration"]) for row in curve(unbroken / "validation.csv")] == [4, 8]
     checkpoint = read_checkpoint(unbroken / "policy.pt")
     record = checkpoint.header.history[-1]
     assert (record.method, record.steps) == ("distillation", 8 * 16)
@@ -54,14 +36,7 @@ def test_it_leaves_curves_and_a_checkpoint_that_names_the_teacher(unbroken):
 
 
 def test_killed_and_continued_it_is_the_unbroken_run(unbroken, tmp_path):
-    command = [sys.executable, "-m", "tests.dapl_baselines.distillation.small_distillation", str(tmp_path / "run")]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=os.environ) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if int(line) == 5:
-                process.send_signal(signal.SIGKILL)
-                break
-    assert process.returncode == -signal.SIGKILL
+    kill_after(5, "tests.dapl_baselines.distillation.small_distillation", tmp_path / "run")
     assert len(list(make_distillation(tmp_path / "run").run())) > 0
     assert outcome(tmp_path / "run") == outcome(unbroken)
 

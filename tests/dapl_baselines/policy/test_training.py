@@ -1,9 +1,4 @@
-import csv
 import json
-import os
-import signal
-import subprocess
-import sys
 from contextlib import closing
 from itertools import islice
 from pathlib import Path
@@ -15,26 +10,8 @@ from clutter6d.errors import InvalidFileError, InvalidValueError
 from dapl_baselines.checkpoint import read_checkpoint
 from dapl_baselines.policy.rollout_env import RolloutEnv
 from dapl_baselines.policy.training import ARCHITECTURE
+from tests.dapl_baselines.interrupted import curve, kill_after, outcome
 from tests.dapl_baselines.policy.small_training import SETTINGS, make_training
-
-ROOT = Path(__file__).parents[3]
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    """A curve, but for the columns that take the time."""
-    with path.open() as file:
-        return [{k: v for k, v in row.items() if not k.startswith("timing_")} for row in csv.DictReader(file)]
-
-
-def outcome(folder: Path) -> dict[str, object]:
-    """Everything a training leaves that must not depend on interruptions."""
-    headers = [read_checkpoint(folder / name).header for name in ("policy.pt", "best.pt")]
-    return {
-        "training": rows(folder / "training.csv"),
-        "validation": rows(folder / "validation.csv"),
-        "weights": [header.weights_sha256 for header in headers],
-        "history": headers[0].history,
-    }
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +22,7 @@ def unbroken(tmp_path_factory) -> Path:
 
 
 def test_it_leaves_curves_and_checkpoints(unbroken):
-    training, validation = rows(unbroken / "training.csv"), rows(unbroken / "validation.csv")
+    training, validation = curve(unbroken / "training.csv"), curve(unbroken / "validation.csv")
     assert [int(row["iteration"]) for row in validation] == [4, 8, 10]
     assert [int(row["environment_steps"]) for row in training] == [16 * number for number in range(1, 11)]
     assert sum(int(row["episodes"]) for row in training) == 4 * (40 // 6)
@@ -88,7 +65,7 @@ def test_episodes_that_begin_anew_as_on_a_gpu_keep_their_place_in_the_curriculum
         with closing(make_training(tmp_path / "run").run()) as reports:
             assert len(list(islice(reports, made))) == made
     ours, whole = (
-        [row["action_scale_rad"] for row in rows(out / "training.csv")] for out in (tmp_path / "run", unbroken)
+        [row["action_scale_rad"] for row in curve(out / "training.csv")] for out in (tmp_path / "run", unbroken)
     )
     assert ours == whole[:3]
 
@@ -106,14 +83,7 @@ def test_interrupted_during_a_look_it_loses_one_iteration_and_makes_it_again(unb
 
 
 def test_killed_and_continued_it_is_the_unbroken_run(unbroken, tmp_path):
-    command = [sys.executable, "-m", "tests.dapl_baselines.policy.small_training", str(tmp_path / "run")]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=os.environ) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if int(line) == 5:
-                process.send_signal(signal.SIGKILL)
-                break
-    assert process.returncode == -signal.SIGKILL
+    kill_after(5, "tests.dapl_baselines.policy.small_training", tmp_path / "run")
     assert len(list(make_training(tmp_path / "run").run())) > 0
     assert outcome(tmp_path / "run") == outcome(unbroken)
 

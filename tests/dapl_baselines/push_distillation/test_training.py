@@ -1,8 +1,3 @@
-import csv
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +13,7 @@ from clutter6d.eval.runner import EpisodeRunner
 from dapl_baselines.checkpoint import load_checkpoint_policy, read_checkpoint
 from dapl_baselines.cli import PROGRAM
 from tests.dapl_baselines.distillation.small_distillation import make_encoder
+from tests.dapl_baselines.interrupted import curve, kill_after, outcome
 from tests.dapl_baselines.push_distillation.small_push_distillation import (
     SETTINGS,
     TEACHER,
@@ -25,21 +21,6 @@ from tests.dapl_baselines.push_distillation.small_push_distillation import (
     make_teacher,
 )
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
-
-ROOT = Path(__file__).parents[3]
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    """A curve, but for the columns that take the time."""
-    with path.open() as file:
-        return [{k: v for k, v in row.items() if not k.startswith("timing_")} for row in csv.DictReader(file)]
-
-
-def outcome(folder: Path) -> dict[str, object]:
-    """Everything a distillation leaves that must not depend on interruptions."""
-    header = read_checkpoint(folder / "policy.pt").header
-    curves = {name: rows(folder / f"{name}.csv") for name in ("training", "validation")}
-    return curves | {"weights": header.weights_sha256, "history": header.history}
 
 
 @pytest.fixture(scope="module")
@@ -50,8 +31,8 @@ def unbroken(tmp_path_factory) -> Path:
 
 
 def test_it_leaves_curves_and_a_policy_that_is_not_privileged(unbroken):
-    assert [int(row["iteration"]) for row in rows(unbroken / "validation.csv")] == [3, 6]
-    assert int(rows(unbroken / "training.csv")[-1]["lessons"]) > 5
+    assert [int(row["iteration"]) for row in curve(unbroken / "validation.csv")] == [3, 6]
+    assert int(curve(unbroken / "training.csv")[-1]["lessons"]) > 5
     checkpoint = read_checkpoint(unbroken / "policy.pt")
     record = checkpoint.header.history[-1]
     assert (record.method, record.steps) == ("push-distillation", 6 * 24)
@@ -60,16 +41,7 @@ def test_it_leaves_curves_and_a_policy_that_is_not_privileged(unbroken):
 
 
 def test_killed_and_continued_it_is_the_unbroken_run(unbroken, tmp_path):
-    module = "tests.dapl_baselines.push_distillation.small_push_distillation"
-    command = [sys.executable, "-m", module, str(tmp_path / "run")]
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if int(line) == 3:
-                process.send_signal(signal.SIGKILL)
-                break
-    assert process.returncode == -signal.SIGKILL
+    kill_after(3, "tests.dapl_baselines.push_distillation.small_push_distillation", tmp_path / "run")
     assert len(list(make_distillation(tmp_path / "run").run())) > 0
     assert outcome(tmp_path / "run") == outcome(unbroken)
 

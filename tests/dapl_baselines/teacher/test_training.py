@@ -1,8 +1,3 @@
-import csv
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,23 +15,9 @@ from dapl_baselines.checkpoint import load_checkpoint_policy, read_checkpoint
 from dapl_baselines.teacher.settings import PRESETS, TeacherSettings
 from dapl_baselines.teacher.training import TeacherTraining
 from dapl_baselines.validation import part_scenes
+from tests.dapl_baselines.interrupted import curve, kill_after, outcome
 from tests.dapl_baselines.teacher.small_teacher import SETTINGS, make_training
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
-
-ROOT = Path(__file__).parents[3]
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    """A curve, but for the columns that take the time."""
-    with path.open() as file:
-        return [{k: v for k, v in row.items() if not k.startswith("timing_")} for row in csv.DictReader(file)]
-
-
-def outcome(folder: Path) -> dict[str, object]:
-    """Everything a training leaves that must not depend on interruptions."""
-    header = read_checkpoint(folder / "policy.pt").header
-    curves = {name: rows(folder / f"{name}.csv") for name in ("training", "validation")}
-    return curves | {"weights": header.weights_sha256, "history": header.history}
 
 
 @pytest.fixture(scope="module")
@@ -47,26 +28,19 @@ def unbroken(tmp_path_factory) -> Path:
 
 
 def test_it_leaves_curves_and_a_checkpoint_that_says_where_it_is_from(unbroken):
-    training = rows(unbroken / "training.csv")
+    training = curve(unbroken / "training.csv")
     pushes, updates = ([int(row[name]) for row in training] for name in ("pushes", "updates"))
     assert (np.diff(pushes) >= 0).all()
     learned = [before >= SETTINGS.warm_up for before in (0, *pushes[:-1])]
     assert updates == (np.cumsum(learned) * SETTINGS.updates).tolist()
     assert [row["gain"] != "nan" for row in training] == learned
-    assert [int(row["iteration"]) for row in rows(unbroken / "validation.csv")] == [4, 8]
+    assert [int(row["iteration"]) for row in curve(unbroken / "validation.csv")] == [4, 8]
     record = read_checkpoint(unbroken / "policy.pt").header.history[-1]
     assert (record.method, record.steps) == ("push-critic", 8 * SETTINGS.steps * SETTINGS.slots)
 
 
 def test_killed_and_continued_it_is_the_unbroken_run_to_the_bit(unbroken, tmp_path):
-    command = [sys.executable, "-m", "tests.dapl_baselines.teacher.small_teacher", str(tmp_path / "run")]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=os.environ) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if int(line) == 5:
-                process.send_signal(signal.SIGKILL)
-                break
-    assert process.returncode == -signal.SIGKILL
+    kill_after(5, "tests.dapl_baselines.teacher.small_teacher", tmp_path / "run")
     again = make_training(tmp_path / "run")
     assert again.standing.iteration == 4
     list(again.run())
@@ -86,7 +60,7 @@ def test_killed_where_the_newest_transitions_take_the_place_of_the_oldest_it_is_
             pass
         reports.close()
     list(make_training(broken, settings).run())
-    assert int(rows(broken / "training.csv")[-1]["pushes"]) > SETTINGS.kept
+    assert int(curve(broken / "training.csv")[-1]["pushes"]) > SETTINGS.kept
     assert outcome(broken) == outcome(tmp_path / "unbroken")
 
 
@@ -96,7 +70,7 @@ def test_threads_do_not_change_it(unbroken, tmp_path):
     for _ in range(3):
         next(reports)
     reports.close()
-    assert rows(tmp_path / "run" / "training.csv") == rows(unbroken / "training.csv")[:3]
+    assert curve(tmp_path / "run" / "training.csv") == curve(unbroken / "training.csv")[:3]
 
 
 @pytest.mark.parametrize(
