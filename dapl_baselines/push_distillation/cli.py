@@ -12,8 +12,9 @@ from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import read_checkpoint
 from dapl_baselines.policy.encoder_source import open_encoder
 from dapl_baselines.preset_choices import find_preset, with_choices
+from dapl_baselines.push_distillation.iteration_report import StudentReport
 from dapl_baselines.push_distillation.settings import PRESETS
-from dapl_baselines.push_distillation.training import PushDistillation, StudentReport
+from dapl_baselines.push_distillation.training import PushDistillation
 from dapl_baselines.training_report import until
 from dapl_baselines.validation import open_training_scenes
 
