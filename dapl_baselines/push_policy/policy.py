@@ -23,19 +23,21 @@ class Slot:
     """What is remembered of an episode.
 
     Args:
-        episode: The episode.
+        episode: The episode; ``None`` on a robot, where nobody knows of any.
 
     Attributes:
         episode: The episode.
         tracker: The push that is carried out.
     """
 
-    def __init__(self, episode: Episode) -> None:
+    def __init__(self, episode: Episode | None) -> None:
         self.episode, self.tracker = episode, PushTracker(size=1)
 
     def rng(self, step: int) -> np.random.Generator:
         """Where everything is drawn from at a step."""
         episode = self.episode
+        if episode is None:
+            return generator(0, "pushes", step)
         return generator(episode.seed, "pushes", episode.scene.scene_id, episode.pair_index, step)
 
 
@@ -54,7 +56,7 @@ class PushingPolicy(ABC):
 
     def begin(self, slots: Int[np.ndarray, "slot"], episodes: Sequence[Episode]) -> None:
         """Forget the pushes of slots in which episodes start."""
-        for slot, episode in zip(slots.tolist(), episodes, strict=True):
+        for slot, episode in zip(slots.tolist(), episodes or [None] * len(slots), strict=True):
             self._slots[slot] = Slot(episode)
 
     def act(self, inputs: PolicyInput) -> Float32[np.ndarray, "slot 7"]:

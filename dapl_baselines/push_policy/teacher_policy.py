@@ -65,7 +65,7 @@ class PushTeacherPolicy(PushingPolicy):
             raise InvalidValueError("the teacher is privileged: it needs the simulation's states in its input")
         facts, shapes = self._known[int(inputs.slots[row])]
         bodies = read_bodies(inputs.states[row : row + 1], self._config.obstacles + 1)
-        return see_states(bodies, slot.episode.pair.goal.as_row()[None], facts, shapes, FIRST)
+        return see_states(bodies, inputs.episodes[row].pair.goal.as_row()[None], facts, shapes, FIRST)
 
     def _choose(
         self, slot: Slot, inputs: PolicyInput, row: int, seen: Seen, drawn: Float64[np.ndarray, "1 push column"]
@@ -75,7 +75,7 @@ class PushTeacherPolicy(PushingPolicy):
         if not count or inputs.states is None:
             return int(values.argmax())
         best, step = np.argsort(-values, kind="stable")[:count], int(inputs.steps[row])
-        copies = self._copies_of(slot.episode, count)
+        copies = self._copies_of(inputs.episodes[row], count)
         tried = copies.try_out(inputs.states[row], drawn[0, best], seen.goals[0], MAX_CONTROL_STEPS - step)
         return int(best[self._worth(seen, tried, slot.rng(step)).argmax()])
 

@@ -12,6 +12,7 @@ from clutter6d.eval.policy import PolicyOptions
 from clutter6d.eval.runner import EpisodeRunner
 from dapl_baselines.checkpoint import load_checkpoint_policy, read_checkpoint
 from dapl_baselines.cli import PROGRAM
+from dapl_baselines.serving.served_policy import open_policy, try_out
 from tests.dapl_baselines.distillation.small_distillation import make_encoder
 from tests.dapl_baselines.interrupted import curve, kill_after, outcome
 from tests.dapl_baselines.push_distillation.small_push_distillation import (
@@ -20,6 +21,7 @@ from tests.dapl_baselines.push_distillation.small_push_distillation import (
     make_distillation,
     make_teacher,
 )
+from tests.dapl_baselines.push_distillation.test_lessons import make_slots
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
 
 
@@ -93,6 +95,17 @@ def test_the_student_can_be_evaluated(unbroken, tmp_path):
     write_box_scene_set(tmp_path / "scenes", 1)
     where = ["--scenes", str(tmp_path / "scenes"), "--out", str(tmp_path / "out"), "--max-steps", "3"]
     assert run(["evaluate", "--policy", str(unbroken / "policy.pt"), *where, "--threads", "1"]) == 0
+
+
+def test_the_student_can_be_served_to_a_robot_that_knows_of_no_scene(unbroken):
+    served = open_policy(str(unbroken / "policy.pt"))
+    try_out(served)
+    slots = make_slots()
+    observation = {name: rows[0] for name, rows in slots.observe(np.arange(1)).items()}
+    served.begin(3)
+    actions = np.stack([served.act(3, observation) for _ in range(3)])
+    assert actions.shape == (3, 7)
+    assert 0.01 < np.abs(actions).max() <= 0.1 + 1e-6
 
 
 def test_the_command_needs_an_encoder(tmp_path, capsys):
