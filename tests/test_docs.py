@@ -9,8 +9,10 @@ import pytest
 
 from clutter6d import cli
 from clutter6d.eval.policy import PolicyInput, PolicyOptions
+from dapl_baselines.cli import PROGRAM as DAPL
 
 ROOT = Path(__file__).resolve().parent.parent
+PROGRAMS = {"clutter6d": cli.CLUTTER6D, "dapl": DAPL}
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
@@ -22,7 +24,7 @@ def commands() -> list[str]:
     lines = (
         line for page in PAGES for block in blocks(page, "bash") for line in block.replace("\\\n", "").splitlines()
     )
-    return sorted({line for line in lines if line.startswith("clutter6d ")})
+    return sorted({line for line in lines if line.startswith(tuple(f"{name} " for name in PROGRAMS))})
 
 
 def targets() -> list[str]:
@@ -32,10 +34,11 @@ def targets() -> list[str]:
 
 @pytest.mark.parametrize("line", commands())
 def test_every_command_and_option_exists(line: str) -> None:
-    words = shlex.split(line, comments=True)[1:]
-    command = cli.build_command().commands[words.pop(0)].load()
+    program, *words = shlex.split(line, comments=True)
+    command = cli.build_command(PROGRAMS[program])
     while words and words[0] in getattr(command, "commands", {}):
         command = command.commands[words.pop(0)]
+        command = command.load() if hasattr(command, "load") else command
     known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
     assert {word.split("=")[0] for word in words if word.startswith("-")} <= known | {"--help"}
 
