@@ -1,11 +1,13 @@
 """A look at a policy in training: how the checkpoint just written does on the validation scenes; the best is kept."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.schema import write_bytes
 from dapl_baselines.checkpoint import load_checkpoint_policy
+from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import SceneSubset
 from dapl_baselines.validation_run import Observer, ValidationResult, run_validation
 
@@ -14,17 +16,20 @@ BEST_FILE: Final = "best.pt"
 
 
 def look_at(
-    folder: Path, scenes: SceneSubset, *, best_success: float, max_steps: int, threads: int, observe: Observer
-) -> ValidationResult:
+    folder: Path, scenes: SceneSubset, standing: Standing, *, max_steps: int, threads: int, observe: Observer
+) -> tuple[ValidationResult, Standing]:
     """See how a folder's ``policy.pt`` does as it was written, and copy it to ``best.pt`` if none before did as well.
 
     Args:
         folder: Of the training.
         scenes: The validation scenes.
-        best_success: The best success rate so far.
+        standing: How far the training is.
         max_steps: Control steps of an episode at most.
         threads: Threads of the simulation; 0 for all cores.
         observe: Told of the episodes, as they end.
+
+    Returns:
+        What was seen, and the standing that knows of it.
 
     Raises:
         InvalidFileError: The checkpoint is damaged.
@@ -33,6 +38,7 @@ def look_at(
     path = folder / POLICY_FILE
     policy = load_checkpoint_policy(path, PolicyOptions())
     result = run_validation(policy, scenes, max_steps=max_steps, threads=threads, observe=observe)
-    if result.success_rate > best_success:
+    if result.success_rate > standing.best_success:
         write_bytes(folder / BEST_FILE, path.read_bytes())
-    return result
+        standing = replace(standing, best_success=result.success_rate)
+    return result, standing

@@ -118,16 +118,14 @@ class WatchedTraining(ABC, Generic[Report]):
     def _look(self) -> ValidationResult:
         """Write the policy, and see how it does as it was written."""
         self._write_policy(self._out / POLICY_FILE)
-        result = look_at(
+        result, self.standing = look_at(
             self._out,
             self._scenes.validation,
-            best_success=self.standing.best_success,
+            self.standing,
             max_steps=self._pace.max_steps,
             threads=self._threads,
             observe=self._observe,
         )
-        best = max(self.standing.best_success, result.success_rate)
-        self.standing = replace(self.standing, best_success=best)
         return result
 
 

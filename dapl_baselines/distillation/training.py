@@ -158,16 +158,14 @@ class Distillation:
     def _look(self) -> ValidationResult:
         """Write the student, and see how it does as it was written, on what is there to be seen without errors."""
         self._write_student(self._out / POLICY_FILE)
-        result = look_at(
+        result, self.standing = look_at(
             self._out,
             self._scenes.validation,
-            best_success=self.standing.best_success,
+            self.standing,
             max_steps=self.settings.max_steps,
             threads=self._threads,
             observe=self._observe,
         )
-        best = max(self.standing.best_success, result.success_rate)
-        self.standing = replace(self.standing, best_success=best)
         return result
 
     def _write_student(self, path: Path) -> None:

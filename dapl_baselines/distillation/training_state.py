@@ -2,16 +2,14 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from clutter6d.errors import Clutter6DError, InvalidFileError
 from dapl_baselines.distillation.dagger import Dagger
-from dapl_baselines.policy.training_state import pack_snapshot, unpack_snapshot
-from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.tensor_file import write_tensor_file
 from dapl_baselines.training_report import Standing
+from dapl_baselines.training_state import go_on_from, pack_snapshot, unpack_snapshot
 
 FORMAT: Final = "clutter6d-distillation-1"
-_DAMAGED: Final = "not the state of this distillation; give another --out, or delete the folder to begin anew"
 
 
 def write_state(path: Path, standing: Standing, dagger: Dagger) -> None:
@@ -40,15 +38,11 @@ def read_state(path: Path, dagger: Dagger) -> Standing:
     Raises:
         InvalidFileError: It is damaged or another distillation's.
     """
-    state = read_tensor_file(path, what="training state")
-    if state.get("format") != FORMAT:
-        raise InvalidFileError(path, _DAMAGED)
-    try:
+
+    def restore(state: dict[str, Any]) -> None:
         dagger.student.load_state_dict(state["student"])
         dagger.env.restore(unpack_snapshot(state["environments"]))
         dagger.env.tally.running.copy_(state["running"])
         dagger.replay.count = int(state["replay_count"])
-        return Standing.of_state(state)
-    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, IndexError, Clutter6DError) as error:
-        reason = " ".join(str(error).split())[:120]
-        raise InvalidFileError(path, f"{_DAMAGED} ({type(error).__name__}: {reason})") from None
+
+    return go_on_from(path, FORMAT, restore, what="distillation")

@@ -2,21 +2,20 @@
 
 from copy import deepcopy
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import torch
 
-from clutter6d.errors import Clutter6DError, InvalidFileError
 from dapl_baselines.push_distillation.learner import StudentLearner
 from dapl_baselines.push_distillation.practice import StudentPractice
 from dapl_baselines.push_policy.push_slots_state import pack_slots, restore_slots
 from dapl_baselines.replay import Replay
-from dapl_baselines.tensor_file import read_tensor_file
 from dapl_baselines.training_report import Standing
+from dapl_baselines.training_state import go_on_from
 
 FORMAT: Final = "clutter6d-push-distillation-1"
-_DAMAGED: Final = "not the state of this distillation; give another --out, or delete the folder to begin anew"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -55,18 +54,10 @@ def read_state(path: Path, course: Course) -> Standing:
     Raises:
         InvalidFileError: It is damaged or another distillation's.
     """
-    state = read_tensor_file(path, what="training state")
-    if state.get("format") != FORMAT:
-        raise InvalidFileError(path, _DAMAGED)
-    try:
-        _restore(state, course)
-        return Standing.of_state(state)
-    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, IndexError, Clutter6DError) as error:
-        reason = " ".join(str(error).split())[:120]
-        raise InvalidFileError(path, f"{_DAMAGED} ({type(error).__name__}: {reason})") from None
+    return go_on_from(path, FORMAT, partial(_restore, course), what="distillation")
 
 
-def _restore(state: dict[str, Any], course: Course) -> None:
+def _restore(course: Course, state: dict[str, Any]) -> None:
     learner, practice = course.learner, course.practice
     learner.student.load_state_dict(state["student"])
     learner.optimizer.load_state_dict(state["optimizer"])

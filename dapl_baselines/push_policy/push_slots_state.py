@@ -8,8 +8,8 @@ import numpy as np
 import torch
 
 from clutter6d.envs.vector_env import Snapshot
-from dapl_baselines.policy.training_state import pack_snapshot, unpack_snapshot
 from dapl_baselines.push_policy.push_slots import PushSlots
+from dapl_baselines.training_state import pack_snapshot, unpack_snapshot
 
 
 def pack_slots(slots: PushSlots) -> dict[str, object]:

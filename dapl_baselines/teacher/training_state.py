@@ -2,22 +2,21 @@
 
 from copy import deepcopy
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from clutter6d.errors import Clutter6DError, InvalidFileError
 from dapl_baselines.push_policy.push_slots_state import pack_arrays, pack_slots, restore_arrays, restore_slots
 from dapl_baselines.push_policy.push_state import STATE_FIELDS
 from dapl_baselines.replay import Replay
 from dapl_baselines.teacher.learner import TeacherLearner
 from dapl_baselines.teacher.practice import Practice
-from dapl_baselines.tensor_file import read_tensor_file
 from dapl_baselines.training_report import Standing
+from dapl_baselines.training_state import go_on_from
 
 FORMAT: Final = "clutter6d-teacher-training-1"
-_DAMAGED: Final = "not the state of this training; give another --out, or delete the folder to begin anew"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -57,18 +56,10 @@ def read_state(path: Path, course: Course) -> Standing:
     Raises:
         InvalidFileError: It is damaged or another training's.
     """
-    state = read_tensor_file(path, what="training state")
-    if state.get("format") != FORMAT:
-        raise InvalidFileError(path, _DAMAGED)
-    try:
-        _restore(state, course)
-        return Standing.of_state(state)
-    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, IndexError, Clutter6DError) as error:
-        reason = " ".join(str(error).split())[:120]
-        raise InvalidFileError(path, f"{_DAMAGED} ({type(error).__name__}: {reason})") from None
+    return go_on_from(path, FORMAT, partial(_restore, course))
 
 
-def _restore(state: dict[str, Any], course: Course) -> None:
+def _restore(course: Course, state: dict[str, Any]) -> None:
     learner, practice = course.learner, course.practice
     learner.critic.load_state_dict(state["critic"])
     learner.slow.load_state_dict(state["slow"])
