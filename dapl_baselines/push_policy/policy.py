@@ -1,7 +1,8 @@
 """Policies that choose a push, carry it out, and choose the next one."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -68,22 +69,23 @@ class PushingPolicy(ABC):
         residuals: list[np.ndarray] = []
         for row, (number, step) in enumerate(zip(inputs.slots.tolist(), inputs.steps.tolist(), strict=True)):
             slot = self._slots[number]
-            is_choosing = bool(slot.tracker.is_over()[0])
-            seen = self._see(slot, inputs, row, is_choosing=is_choosing)
-            if is_choosing:
-                rng = slot.rng(step)
-                drawn = draw_candidates(seen.state, seen.goals, seen.shapes, seen.targets, self._counts, rng)
-                chosen = self._choose(slot, inputs, row, seen, drawn)
-                slot.tracker.begin(FIRST, drawn[:, chosen], seen.state.poses[:, :3])
+            seen = self._see(inputs, row)
+            if slot.tracker.is_over()[0]:
+                push = self._choose(inputs, row, partial(slot.rng, step))
+                slot.tracker.begin(FIRST, push, seen.state.poses[:, :3])
             residuals.append(slot.tracker.residuals(seen.hand, seen.qvel, seen.placed_contacts(), ActionConfig()))
         return np.concatenate(residuals).astype(np.float32)
 
+    def _draw(self, seen: Seen, rng: np.random.Generator) -> Float64[np.ndarray, "1 push column"]:
+        """The pushes that are chosen among."""
+        return draw_candidates(seen.state, seen.goals, seen.shapes, seen.targets, self._counts, rng)
+
     @abstractmethod
-    def _see(self, slot: Slot, inputs: PolicyInput, row: int, *, is_choosing: bool) -> Seen:
-        """What is known of a row of the input, to choose a push or only to carry one out."""
+    def _see(self, inputs: PolicyInput, row: int) -> Seen:
+        """What is known of a row of the input, as far as it takes to carry a push out."""
 
     @abstractmethod
     def _choose(
-        self, slot: Slot, inputs: PolicyInput, row: int, seen: Seen, drawn: Float64[np.ndarray, "1 push column"]
-    ) -> int:
-        """Which of the drawn pushes is carried out."""
+        self, inputs: PolicyInput, row: int, make_rng: Callable[[], np.random.Generator]
+    ) -> Float64[np.ndarray, "1 column"]:
+        """The push that is carried out next; each generator made is the same."""

@@ -1,5 +1,6 @@
 """A critic of pushes that sees points alone as a policy of the evaluation."""
 
+from collections.abc import Callable
 from typing import cast
 
 import numpy as np
@@ -11,7 +12,7 @@ from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import PolicyInput
 from dapl_baselines.policy.observation import cloud
 from dapl_baselines.push_policy.choice import judge
-from dapl_baselines.push_policy.policy import PushingPolicy, Slot
+from dapl_baselines.push_policy.policy import PushingPolicy
 from dapl_baselines.push_policy.seen import Seen, see_points
 from dapl_baselines.push_policy.student import PushStudent
 
@@ -32,21 +33,19 @@ class PushStudentPolicy(PushingPolicy):
         super().__init__(student.config.critic, policy_hash)
         self._student = student.eval()
 
-    def _see(self, slot: Slot, inputs: PolicyInput, row: int, *, is_choosing: bool) -> Seen:  # noqa: ARG002
-        return see_points(row_of(inputs, row), has_normals=is_choosing)
+    def _see(self, inputs: PolicyInput, row: int) -> Seen:
+        return see_points(row_of(inputs, row), has_normals=False)
 
     def _choose(
-        self,
-        slot: Slot,  # noqa: ARG002
-        inputs: PolicyInput,
-        row: int,
-        seen: Seen,
-        drawn: Float64[np.ndarray, "1 push column"],
-    ) -> int:
+        self, inputs: PolicyInput, row: int, make_rng: Callable[[], np.random.Generator]
+    ) -> Float64[np.ndarray, "1 column"]:
+        observation = row_of(inputs, row)
+        seen = see_points(observation)
+        drawn = self._draw(seen, make_rng())
         with torch.inference_mode():
-            tokens = self._student.encode(cloud(row_of(inputs, row)))
+            tokens = self._student.encode(cloud(observation))
         values = judge(lambda view: self._student(view, tokens), seen.state, seen.goals, seen.shapes.surface, drawn)
-        return int(values[0].argmax())
+        return drawn[:, int(values[0].argmax())]
 
 
 def row_of(inputs: PolicyInput, row: int) -> Observation[np.ndarray]:

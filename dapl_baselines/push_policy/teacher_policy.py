@@ -1,6 +1,6 @@
 """A privileged critic of pushes as a policy of the evaluation."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Float64, Int
@@ -15,7 +15,7 @@ from dapl_baselines.push_policy.choice import judge
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.look_ahead import LookAhead, Tried
 from dapl_baselines.push_policy.outcomes import future, gains
-from dapl_baselines.push_policy.policy import FIRST, PushingPolicy, Slot
+from dapl_baselines.push_policy.policy import FIRST, PushingPolicy
 from dapl_baselines.push_policy.push_state import SceneFacts
 from dapl_baselines.push_policy.seen import Seen, see_states
 from dapl_baselines.push_policy.target_shapes import TargetShapes
@@ -60,7 +60,7 @@ class PushTeacherPolicy(PushingPolicy):
                 raise InvalidValueError(f"the teacher knows scenes of {known} objects, not of {scene.object_count}")
             self._known[slot] = SceneFacts.of([scene]), TargetShapes.of(scene.assets[:1])
 
-    def _see(self, slot: Slot, inputs: PolicyInput, row: int, *, is_choosing: bool) -> Seen:  # noqa: ARG002
+    def _see(self, inputs: PolicyInput, row: int) -> Seen:
         if inputs.states is None:
             raise InvalidValueError("the teacher is privileged: it needs the simulation's states in its input")
         facts, shapes = self._known[int(inputs.slots[row])]
@@ -68,16 +68,18 @@ class PushTeacherPolicy(PushingPolicy):
         return see_states(bodies, inputs.episodes[row].pair.goal.as_row()[None], facts, shapes, FIRST)
 
     def _choose(
-        self, slot: Slot, inputs: PolicyInput, row: int, seen: Seen, drawn: Float64[np.ndarray, "1 push column"]
-    ) -> int:
+        self, inputs: PolicyInput, row: int, make_rng: Callable[[], np.random.Generator]
+    ) -> Float64[np.ndarray, "1 column"]:
+        seen = self._see(inputs, row)
+        drawn = self._draw(seen, make_rng())
         values = judge(self._critic, seen.state, seen.goals, seen.shapes.surface[seen.targets], drawn)[0]
         count = min(self._config.look_ahead, len(values))
         if not count or inputs.states is None:
-            return int(values.argmax())
-        best, step = np.argsort(-values, kind="stable")[:count], int(inputs.steps[row])
-        copies = self._copies_of(inputs.episodes[row], count)
-        tried = copies.try_out(inputs.states[row], drawn[0, best], seen.goals[0], MAX_CONTROL_STEPS - step)
-        return int(best[self._worth(seen, tried, slot.rng(step)).argmax()])
+            return drawn[:, int(values.argmax())]
+        best = np.argsort(-values, kind="stable")[:count]
+        copies, steps_left = self._copies_of(inputs.episodes[row], count), MAX_CONTROL_STEPS - int(inputs.steps[row])
+        tried = copies.try_out(inputs.states[row], drawn[0, best], seen.goals[0], steps_left)
+        return drawn[:, best[int(self._worth(seen, tried, make_rng()).argmax())]]
 
     def _worth(self, seen: Seen, tried: Tried, rng: np.random.Generator) -> Float64[np.ndarray, "push"]:
         """What pushes brought, and what the critic expects after them."""

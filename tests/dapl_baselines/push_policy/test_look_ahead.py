@@ -41,7 +41,7 @@ def test_what_was_tried_comes_true_to_the_bit():
     try_out = LookAhead.try_out
 
     def watch(self: LookAhead, state: np.ndarray, *rest: object) -> object:
-        tried = try_out(self, state, *rest)  # type: ignore[arg-type]
+        tried = try_out(self, state, *rest)
         seen.append((state.copy(), tried.after.poses.copy()))
         return tried
 
