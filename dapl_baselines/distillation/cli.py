@@ -1,24 +1,21 @@
 """The command ``dapl distill``."""
 
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.eval.policy_loading import load_policy
-from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import Precision
 from dapl_baselines.distillation.iteration_report import DistillationReport
 from dapl_baselines.distillation.settings import PRESETS
 from dapl_baselines.distillation.training import Distillation
-from dapl_baselines.policy.encoder_source import EncoderSource, open_encoder
+from dapl_baselines.policy.encoder_source import open_point_encoder
 from dapl_baselines.preset_choices import find_preset, with_choices
-from dapl_baselines.training_report import until
+from dapl_baselines.training_cli import follow
 from dapl_baselines.validation import open_training_scenes
+from dapl_baselines.validation_run import Observer
 
 
 def distill(
@@ -76,29 +73,14 @@ def distill(
         seed=seed,
         stored_precision=precision,
     )
-    scenes, source = open_training_scenes(split), _open_student_encoder(encoder, seed)
+    scenes, source = open_training_scenes(split), open_point_encoder(encoder, seed)
     policy = load_policy(teacher, PolicyOptions(seed=seed, threads=threads))
     out = out or Path("trainings") / f"distilled-{policy.name}-{preset}"
-    console = Console(markup=False, emoji=False)
-    with progress_bars(console) as progress:
-        bar = progress.add_task("distilling", total=settings.iterations, completed=0)
-        observe = BarsByName(progress).update
-        training = Distillation(scenes, settings, out, teacher=policy, encoder=source, threads=threads, observe=observe)
-        progress.update(bar, completed=training.standing.iteration)
-        with closing(training.run()) as reports:
-            for report in until(reports, max_minutes):
-                progress.update(bar, completed=report.iteration, description=_describe(report))
-                if report.validation is not None:
-                    progress.console.print(report.describe_look(), highlight=False)
-    made = training.standing.iteration
-    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
 
+    def make(observe: Observer) -> Distillation:
+        return Distillation(scenes, settings, out, teacher=policy, encoder=source, threads=threads, observe=observe)
 
-def _open_student_encoder(choice: str, seed: int) -> EncoderSource:
-    source = open_encoder(choice, seed)
-    if source is None:
-        raise InvalidValueError("a student sees points; give --encoder dapl or the .pt of a world model or policy")
-    return source
+    follow(make, _describe, name="distilling", iterations=settings.iterations, out=out, max_minutes=max_minutes)
 
 
 def _describe(report: DistillationReport) -> str:

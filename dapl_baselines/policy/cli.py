@@ -1,13 +1,10 @@
 """The command ``dapl train policy``."""
 
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import Precision
 from dapl_baselines.devices import find_device
 from dapl_baselines.policy.config import StatePart
@@ -17,8 +14,9 @@ from dapl_baselines.policy.policy_start import open_start
 from dapl_baselines.policy.settings import PRESETS, TrainingSettings
 from dapl_baselines.policy.training import PolicyTraining
 from dapl_baselines.preset_choices import find_preset, with_choices
-from dapl_baselines.training_report import until
+from dapl_baselines.training_cli import follow
 from dapl_baselines.validation import TrainingScenes, open_training_scenes
+from dapl_baselines.validation_run import Observer
 
 
 def train_policy(
@@ -66,11 +64,9 @@ def train_policy(
     )
     settings = _with_state(settings, scenes, has_physics=physics, has_objects=objects)
     out = out or Path("trainings") / f"policy-{Path(encoder).stem}-{preset}"
-    console = Console(markup=False, emoji=False)
-    with progress_bars(console) as progress:
-        bar = progress.add_task("training", total=settings.iterations, completed=0)
-        observe = BarsByName(progress).update
-        training = PolicyTraining(
+
+    def make(observe: Observer) -> PolicyTraining:
+        return PolicyTraining(
             scenes,
             settings,
             out,
@@ -80,14 +76,8 @@ def train_policy(
             threads=threads,
             observe=observe,
         )
-        progress.update(bar, completed=training.standing.iteration)
-        with closing(training.run()) as reports:
-            for report in until(reports, max_minutes):
-                progress.update(bar, completed=report.iteration, description=_describe(report))
-                if report.validation is not None:
-                    progress.console.print(report.describe_look(), highlight=False)
-    made = training.standing.iteration
-    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
+
+    follow(make, _describe, name="training", iterations=settings.iterations, out=out, max_minutes=max_minutes)
 
 
 def _with_state(

@@ -6,7 +6,7 @@ from typing import Final
 
 import torch
 
-from clutter6d.errors import InvalidFileError, UnknownNameError
+from clutter6d.errors import InvalidFileError, InvalidValueError, UnknownNameError
 from dapl_baselines.checkpoint import TrainingRecord, read_checkpoint, weights_sha256
 from dapl_baselines.encoders.dapl import DaplEncoder, DaplEncoderConfig
 from dapl_baselines.encoders.registry import ENCODERS
@@ -57,6 +57,18 @@ def open_encoder(choice: str, seed: int) -> EncoderSource | None:
         torch.manual_seed(seed)
         module = DaplEncoder(DaplEncoderConfig())
         return EncoderSource(config=module.config, module=module)
+
+
+def open_point_encoder(choice: str, seed: int) -> EncoderSource:
+    """The encoder of a student; arguments and errors as of :func:`open_encoder`.
+
+    Raises:
+        InvalidValueError: There is none.
+    """
+    source = open_encoder(choice, seed)
+    if source is None:
+        raise InvalidValueError("a student sees points; give --encoder dapl or the .pt of a world model or policy")
+    return source
 
 
 def _read_encoder(path: Path) -> EncoderSource:

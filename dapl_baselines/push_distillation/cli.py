@@ -1,22 +1,19 @@
 """The command ``dapl distill-pushes``."""
 
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from clutter6d.errors import InvalidValueError
-from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.checkpoint import read_checkpoint
-from dapl_baselines.policy.encoder_source import open_encoder
+from dapl_baselines.policy.encoder_source import open_point_encoder
 from dapl_baselines.preset_choices import find_preset, with_choices
 from dapl_baselines.push_distillation.iteration_report import StudentReport
 from dapl_baselines.push_distillation.settings import PRESETS
 from dapl_baselines.push_distillation.training import PushDistillation
-from dapl_baselines.training_report import until
+from dapl_baselines.training_cli import follow
 from dapl_baselines.validation import open_training_scenes
+from dapl_baselines.validation_run import Observer
 
 
 def distill_pushes(
@@ -40,23 +37,15 @@ def distill_pushes(
 ) -> None:
     """Distil a teacher that chooses among pushes into one that sees points alone, through DAPL's encoder."""
     settings = with_choices(find_preset(PRESETS, preset), iterations=iterations, seed=seed)
-    scenes, checkpoint, source = open_training_scenes(split), read_checkpoint(teacher), open_encoder(encoder, seed)
-    if source is None:
-        raise InvalidValueError("a student sees points; give --encoder dapl or the .pt of a world model or policy")
-    console = Console(markup=False, emoji=False)
-    with progress_bars(console) as progress:
-        observe = BarsByName(progress).update
-        training = PushDistillation(
+    scenes, checkpoint = open_training_scenes(split), read_checkpoint(teacher)
+    source = open_point_encoder(encoder, seed)
+
+    def make(observe: Observer) -> PushDistillation:
+        return PushDistillation(
             scenes, settings, out, teacher=checkpoint, encoder=source, threads=threads, observe=observe
         )
-        bar = progress.add_task("distilling", total=settings.iterations, completed=training.standing.iteration)
-        with closing(training.run()) as reports:
-            for report in until(reports, max_minutes):
-                progress.update(bar, completed=report.iteration, description=_describe(report))
-                if report.validation is not None:
-                    progress.console.print(report.describe_look(), highlight=False)
-    made = training.standing.iteration
-    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
+
+    follow(make, _describe, name="distilling", iterations=settings.iterations, out=out, max_minutes=max_minutes)
 
 
 def _describe(report: StudentReport) -> str:

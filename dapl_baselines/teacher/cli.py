@@ -1,19 +1,17 @@
 """The command ``dapl train teacher``."""
 
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from clutter6d.progress import BarsByName, progress_bars
 from dapl_baselines.preset_choices import find_preset, with_choices
 from dapl_baselines.teacher.iteration_report import TeacherReport
 from dapl_baselines.teacher.settings import PRESETS
 from dapl_baselines.teacher.training import TeacherTraining
-from dapl_baselines.training_report import until
+from dapl_baselines.training_cli import follow
 from dapl_baselines.validation import open_training_scenes
+from dapl_baselines.validation_run import Observer
 
 
 def train_teacher(
@@ -37,17 +35,12 @@ def train_teacher(
     settings = with_choices(
         find_preset(PRESETS, preset), iterations=iterations, falling_updates=falling_updates, seed=seed
     )
-    scenes, console = open_training_scenes(split), Console(markup=False, emoji=False)
-    with progress_bars(console) as progress:
-        training = TeacherTraining(scenes, settings, out, threads=threads, observe=BarsByName(progress).update)
-        bar = progress.add_task("training", total=settings.iterations, completed=training.standing.iteration)
-        with closing(training.run()) as reports:
-            for report in until(reports, max_minutes):
-                progress.update(bar, completed=report.iteration, description=_describe(report))
-                if report.validation is not None:
-                    progress.console.print(report.describe_look(), highlight=False)
-    made = training.standing.iteration
-    console.print(f"{made} of {settings.iterations} iterations are made; written to {out}", highlight=False)
+    scenes = open_training_scenes(split)
+
+    def make(observe: Observer) -> TeacherTraining:
+        return TeacherTraining(scenes, settings, out, threads=threads, observe=observe)
+
+    follow(make, _describe, name="training", iterations=settings.iterations, out=out, max_minutes=max_minutes)
 
 
 def _describe(report: TeacherReport) -> str:
