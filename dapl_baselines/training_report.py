@@ -1,6 +1,7 @@
 """What trainings of policies share: how far they are, what an iteration tells, and how a command follows it."""
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
@@ -34,7 +35,7 @@ class Standing:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class TrainingReport:
+class TrainingReport(ABC):
     """One rollout and what was learned from it.
 
     Attributes:
@@ -47,9 +48,13 @@ class TrainingReport:
 
     iteration: int
     environment_steps: int
-    seconds: float
+    seconds: float = 0.0
     episodes: EpisodeMeans
-    validation: ValidationResult | None
+    validation: ValidationResult | None = None
+
+    @abstractmethod
+    def curve_row(self) -> dict[str, float]:
+        """Its row in ``training.csv``; columns that begin with ``timing_`` are the only ones that may differ."""
 
     def validation_row(self) -> dict[str, float]:
         """Its row in ``validation.csv``; empty without a look."""

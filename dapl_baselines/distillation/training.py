@@ -23,8 +23,7 @@ from torch import nn
 
 from clutter6d.eval.policy import Policy
 from clutter6d.schema import FileModel
-from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
-from dapl_baselines.code_hash import code_sha256
+from dapl_baselines.checkpoint import write_checkpoint
 from dapl_baselines.curves import Curves
 from dapl_baselines.distillation.dagger import Dagger, make_rows
 from dapl_baselines.distillation.iteration_report import DistillationReport
@@ -38,6 +37,7 @@ from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.training import ARCHITECTURE
 from dapl_baselines.replay import Replay
 from dapl_baselines.run_folder import claim
+from dapl_baselines.training_history import environment_record
 from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ValidationResult, ignore
@@ -170,14 +170,13 @@ class Distillation:
 
     def _write_student(self, path: Path) -> None:
         teacher = {"teacher": self._teacher.name, "teacher_sha256": self._teacher.policy_hash}
-        record = TrainingRecord(
-            method=WHAT,
+        record = environment_record(
+            WHAT,
             steps=self.standing.iteration * self.settings.rollout_rows,
-            unit="environment steps",
             seed=self.settings.seed,
-            split_sha256=self._scenes.training.sha256,
-            code_sha256=code_sha256(),
-            settings=self.settings.model_dump(mode="json") | teacher,
+            scenes=self._scenes,
+            settings=self.settings,
+            **teacher,
         )
         write_checkpoint(
             path,

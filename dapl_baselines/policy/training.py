@@ -15,8 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, cast
 
-from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
-from dapl_baselines.code_hash import code_sha256
+from dapl_baselines.checkpoint import write_checkpoint
 from dapl_baselines.curves import Curves
 from dapl_baselines.look import POLICY_FILE, look_at
 from dapl_baselines.policy.encoder_source import EncoderSource
@@ -29,6 +28,7 @@ from dapl_baselines.policy.run_record import RunRecord, claim_folder
 from dapl_baselines.policy.settings import TrainingSettings
 from dapl_baselines.policy.training_state import copy_training_state, read_training_state
 from dapl_baselines.tensor_file import write_tensor_file
+from dapl_baselines.training_history import environment_record
 from dapl_baselines.training_report import Standing
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ValidationResult, ignore
@@ -162,14 +162,12 @@ class PolicyTraining:
         scale = {"action_scale_rad": self._env.envs.action_scale_rad}
         config = self.settings.network.model_copy(update=scale)
         network = assemble(config, cast(UnifiedPPO, self._runner.alg), self._source and self._source.module)
-        record = TrainingRecord(
-            method="ppo",
+        record = environment_record(
+            "ppo",
             steps=self._environment_steps,
-            unit="environment steps",
             seed=self.settings.seed,
-            split_sha256=self._scenes.training.sha256,
-            code_sha256=code_sha256(),
-            settings=self.settings.model_dump(mode="json"),
+            scenes=self._scenes,
+            settings=self.settings,
         )
         write_checkpoint(
             path,

@@ -12,6 +12,7 @@ from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.push_distillation.lessons import Lessons
 from dapl_baselines.push_distillation.settings import PushDistillationSettings
 from dapl_baselines.push_policy.student import PushStudent
+from dapl_baselines.push_policy.training_settings import descend
 from dapl_baselines.replay import Replay
 
 
@@ -67,7 +68,7 @@ class StudentLearner:
             rng: Where they are drawn from.
         """
         # What is added until the next state is on disk takes the place of the oldest, and is there after a kill.
-        oldest = replay.oldest_of(end + self._settings.lessons_at_risk)
+        oldest = replay.oldest_of(end + self._settings.rows_at_risk)
         shape = self._settings.updates, self._settings.batch
         batches = (Lessons.of_rows(replay.take(rows, replay.fields)) for rows in rng.integers(oldest, end, size=shape))
         gain, future, rank, agreement, regret = (
@@ -90,18 +91,8 @@ class StudentLearner:
             log_target=True,
             reduction="batchmean",
         )
-        self._step(gain + future + settings.rank_weight * rank)
+        descend(self.optimizer, gain + future + settings.rank_weight * rank, settings, self.updates)
+        self.updates += 1
         chosen, best = judged.value.argmax(dim=1), truth.max(dim=1)
         regret = (best.values - truth.gather(1, chosen[:, None])[:, 0]).mean()
         return torch.stack([gain, future, rank, (chosen == best.indices).float().mean(), regret]).detach()
-
-    def _step(self, loss: Tensor) -> None:
-        settings = self._settings
-        share = min(1.0, self.updates / settings.falling_updates)
-        for group in self.optimizer.param_groups:
-            group["lr"] = settings.learning_rate + share * (settings.final_learning_rate - settings.learning_rate)
-        self.optimizer.zero_grad()
-        loss.backward()
-        nn.utils.clip_grad_norm_(self.optimizer.param_groups[0]["params"], settings.max_grad_norm)
-        self.optimizer.step()
-        self.updates += 1

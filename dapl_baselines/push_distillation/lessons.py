@@ -9,9 +9,10 @@ from jaxtyping import Float
 from torch import Tensor
 
 from dapl_baselines.push_policy import push as columns
+from dapl_baselines.push_policy.choice import look_at_pushes
 from dapl_baselines.push_policy.critic import Judgement, PushCritic
 from dapl_baselines.push_policy.push_frame import PushView, view_pushes
-from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState
+from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState, to_tensor
 from dapl_baselines.push_policy.seen import Seen
 
 
@@ -44,9 +45,9 @@ class Lessons:
         """What is seen of slots, pushes drawn for it, tokens of its clouds, and the teacher's judgement."""
         return cls(
             state=seen.state.to_tensors(),
-            goals=_to_tensor(seen.goals),
-            surface=_to_tensor(seen.shapes.surface[seen.targets]),
-            pushes=_to_tensor(pushes),
+            goals=to_tensor(seen.goals),
+            surface=to_tensor(seen.shapes.surface[seen.targets]),
+            pushes=to_tensor(pushes),
             tokens=tokens,
             gain=judged.gain,
             future=judged.future,
@@ -86,10 +87,5 @@ def ask_teacher(
     moved = pushes.copy()
     for part in (columns.CONTACT, columns.START):
         moved[..., part] += shift
-    arrays = known.goals, known.shapes.surface[known.targets], moved
     with torch.no_grad():
-        return teacher(view_pushes(known.state.to_tensors(), *(_to_tensor(array) for array in arrays)))
-
-
-def _to_tensor(array: Float[np.ndarray, "..."]) -> Tensor:
-    return torch.from_numpy(np.asarray(array, dtype=np.float32))
+        return teacher(look_at_pushes(known.state, known.goals, known.shapes.surface[known.targets], moved))

@@ -11,16 +11,14 @@ tensorboard/        the same curves
 As a teacher's training, it practises with the network of the iteration before while it learns from what there was.
 """
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Final, Literal
+from typing import Literal
 
 from clutter6d.errors import InvalidValueError
 from clutter6d.schema import FileModel
 from clutter6d.seeding import generator
-from dapl_baselines.checkpoint import Checkpoint, TrainingRecord, write_checkpoint
-from dapl_baselines.code_hash import code_sha256
+from dapl_baselines.checkpoint import Checkpoint
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.push_distillation.iteration_report import StudentReport
 from dapl_baselines.push_distillation.learner import StudentLearner
@@ -28,14 +26,14 @@ from dapl_baselines.push_distillation.practice import StudentPractice
 from dapl_baselines.push_distillation.settings import PushDistillationSettings
 from dapl_baselines.push_distillation.training_state import Course, copy_state, read_state
 from dapl_baselines.push_policy.critic import PushCritic
+from dapl_baselines.push_policy.student import PushStudent
 from dapl_baselines.push_policy.target_shapes import TargetShapes
+from dapl_baselines.push_training import STATE_FILE, PushTraining, read_targets, side_by_side
 from dapl_baselines.replay import Replay
 from dapl_baselines.run_folder import claim
 from dapl_baselines.validation import TrainingScenes
-from dapl_baselines.validation_run import Observer, ValidationResult, ignore
-from dapl_baselines.watched_training import STATE_FILE, WatchedTraining, read_targets, side_by_side
+from dapl_baselines.validation_run import Observer, ignore
 
-ARCHITECTURE: Final = "push-student"
 RUN_FILE, REPLAY_FOLDER = "run.json", "replay"
 
 
@@ -59,7 +57,7 @@ class PushDistillationRecord(FileModel):
     validation_sha256: str
 
 
-class PushDistillation(WatchedTraining[StudentReport]):
+class PushDistillation(PushTraining[StudentReport]):
     """One distillation in one folder, new or continued.
 
     Args:
@@ -78,6 +76,10 @@ class PushDistillation(WatchedTraining[StudentReport]):
         StorageError: It cannot be written.
     """
 
+    architecture = "push-student"
+    method = "push-distillation"
+    settings: PushDistillationSettings
+
     def __init__(
         self,
         scenes: TrainingScenes,
@@ -91,8 +93,8 @@ class PushDistillation(WatchedTraining[StudentReport]):
     ) -> None:
         critic = _critic_of(teacher, objects=len(scenes.training.scenes[0].objects))
         student = settings.student.model_copy(update={"encoder": encoder.config})
-        self.settings = settings.model_copy(update={"student": student})
-        super().__init__(scenes, self.settings, out, threads=threads, observe=observe)
+        settings = settings.model_copy(update={"student": student})
+        super().__init__(scenes, settings, out, threads=threads, observe=observe)
         record = PushDistillationRecord(
             settings=self.settings,
             teacher_sha256=teacher.header.weights_sha256,
@@ -111,59 +113,28 @@ class PushDistillation(WatchedTraining[StudentReport]):
             self.standing = read_state(out / STATE_FILE, self._course)
         self._acting = learner.acting_copy()
 
-    def _make_iteration(self, iteration: int) -> Callable[[ValidationResult | None], StudentReport]:
+    def _make_iteration(self, iteration: int) -> StudentReport:
         """Practice and learning side by side."""
         settings, course, end = self.settings, self._course, self._course.replay.count
         self._acting.load_state_dict(course.learner.student.state_dict())
         share, rng = settings.teacher_share(iteration), generator(settings.seed, "student practice", iteration)
         practise = partial(course.practice.run, self._acting, share, course.replay, rng)
-        learn = partial(
-            course.learner.learn, course.replay, end, generator(settings.seed, "student learning", iteration)
-        )
+        rng = generator(settings.seed, "student learning", iteration)
+        learn = partial(course.learner.learn, course.replay, end, rng)
         _, losses = side_by_side(practise, learn if end >= settings.warm_up else lambda: None)
-        episodes = course.practice.slots.tally.take()
-
-        def report(look: ValidationResult | None) -> StudentReport:
-            return StudentReport(
-                iteration=self.standing.iteration,
-                environment_steps=self._environment_steps,
-                seconds=self.standing.seconds,
-                episodes=episodes,
-                lessons=course.replay.count,
-                losses=losses,
-                validation=look,
-            )
-
-        return report
-
-    def _curve_row(self, report: StudentReport) -> dict[str, float]:
-        return report.curve_row()
+        return StudentReport(
+            iteration=iteration + 1,
+            environment_steps=self._environment_steps(iteration + 1),
+            episodes=course.practice.slots.tally.take(),
+            lessons=course.replay.count,
+            losses=losses,
+        )
 
     def _state(self) -> dict[str, object]:
         return copy_state(self.standing, self._course)
 
-    def _write_policy(self, path: Path) -> None:
-        record = TrainingRecord(
-            method="push-distillation",
-            steps=self._environment_steps,
-            unit="environment steps",
-            seed=self.settings.seed,
-            split_sha256=self._scenes.training.sha256,
-            code_sha256=code_sha256(),
-            settings=self.settings.model_dump(mode="json"),
-        )
-        write_checkpoint(
-            path,
-            architecture=ARCHITECTURE,
-            config=self.settings.student,
-            module=self._course.learner.student,
-            history=(*self._history, record),
-            precision=self.settings.stored_precision,
-        )
-
-    @property
-    def _environment_steps(self) -> int:
-        return self.standing.iteration * self.settings.steps * self.settings.slots
+    def _network(self) -> PushStudent:
+        return self._course.learner.student
 
 
 def _critic_of(teacher: Checkpoint, *, objects: int) -> PushCritic:

@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32
 
 from dapl_baselines.push_policy.critic import Judgement
 from dapl_baselines.push_policy.push_frame import PushView, view_pushes
-from dapl_baselines.push_policy.push_state import PushState
+from dapl_baselines.push_policy.push_state import PushState, to_tensor
 
 Critic = Callable[[PushView], Judgement]
 
@@ -40,5 +40,4 @@ def look_at_pushes(
     pushes: Float[np.ndarray, "row push column"],
 ) -> PushView:
     """What a network sees of pushes; arguments as of :func:`judge`."""
-    tensors = (torch.from_numpy(np.asarray(array, dtype=np.float32)) for array in (goals, surface, pushes))
-    return view_pushes(state.to_tensors(), *tensors)
+    return view_pushes(state.to_tensors(), *(to_tensor(array) for array in (goals, surface, pushes)))

@@ -47,10 +47,11 @@ class PushState(Generic[Array]):
 
     def to_tensors(self) -> "PushState[Tensor]":
         """For a network."""
-        return PushState(**{name: _to_tensor(getattr(self, name)) for name in STATE_FIELDS})
+        return PushState(**{name: to_tensor(getattr(self, name)) for name in STATE_FIELDS})
 
 
-def _to_tensor(array: np.ndarray) -> Tensor:
+def to_tensor(array: np.ndarray) -> Tensor:
+    """An array for a network, as float32."""
     return torch.from_numpy(np.asarray(array, dtype=np.float32))
 
 

@@ -5,16 +5,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float32
+from jaxtyping import Float32
 from torch import Tensor, nn
 
 from clutter6d.geometry import quat_conjugate, quat_multiply
 from dapl_baselines.push_policy.candidates import draw_candidates
-from dapl_baselines.push_policy.choice import judge
+from dapl_baselines.push_policy.choice import judge, look_at_pushes
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.outcomes import Prices, future, gains
-from dapl_baselines.push_policy.push_frame import push_axes, view_pushes
+from dapl_baselines.push_policy.push_frame import push_axes
+from dapl_baselines.push_policy.push_state import to_tensor
 from dapl_baselines.push_policy.target_shapes import TargetShapes
+from dapl_baselines.push_policy.training_settings import descend
 from dapl_baselines.replay import Replay
 from dapl_baselines.teacher.settings import TeacherSettings
 from dapl_baselines.teacher.transitions import MIRROR, Transitions, mirrored, mirrored_pushes, take_transitions
@@ -91,7 +93,7 @@ class TeacherLearner:
             rng: Where all is drawn from.
         """
         # What is added until the next state is on disk takes the place of the oldest, and is there after a kill.
-        oldest = replay.oldest_of(end + self._settings.pushes_at_risk)
+        oldest = replay.oldest_of(end + self._settings.rows_at_risk)
         losses = [self._update(self._draw(replay, oldest, end, rng)) for _ in range(self._settings.updates)]
         means = torch.tensor([list(each) for each in losses], dtype=torch.float64).mean(dim=0).tolist()
         return Losses(gain=means[0], future=means[1], motion=means[2], unexplained=means[3], value=means[4])
@@ -113,8 +115,7 @@ class TeacherLearner:
     def _update(self, lesson: Lesson) -> tuple[float, ...]:
         settings, found = self._settings, lesson.found
         gain, later = torch.from_numpy(gains_of(found, settings.critic.prices)), torch.from_numpy(lesson.future)
-        goals, surface, pushes = (_to_tensor(each) for each in (found.goals, lesson.surface, found.pushes[:, None]))
-        judged = self.critic(view_pushes(found.before.to_tensors(), goals, surface, pushes))
+        judged = self.critic(look_at_pushes(found.before, found.goals, lesson.surface, found.pushes[:, None]))
         weights = torch.from_numpy(found.weights) / max(float(found.weights.sum()), 1.0)
 
         def loss_of(guess: Tensor, truth: Tensor) -> Tensor:
@@ -134,18 +135,10 @@ class TeacherLearner:
 
     def _step(self, loss: Tensor) -> None:
         """One step of the optimiser, and of the slow copy after it."""
-        settings = self._settings
-        share = min(1.0, self.updates / settings.falling_updates)
-        rate = settings.learning_rate + share * (settings.final_learning_rate - settings.learning_rate)
-        for group in self.optimizer.param_groups:
-            group["lr"] = rate
-        self.optimizer.zero_grad()
-        loss.backward()
-        nn.utils.clip_grad_norm_(self.critic.parameters(), settings.max_grad_norm)
-        self.optimizer.step()
+        descend(self.optimizer, loss, self._settings, self.updates)
         with torch.no_grad():
             for slow, fast in zip(self.slow.parameters(), self.critic.parameters(), strict=True):
-                slow.lerp_(fast, settings.target_rate)
+                slow.lerp_(fast, self._settings.target_rate)
         self.updates += 1
 
 
@@ -157,14 +150,10 @@ def gains_of(found: Transitions, prices: Prices) -> Float32[np.ndarray, "row"]:
 
 def motions(found: Transitions) -> Float32[Tensor, "row 6"]:
     """How the targets moved, in the frames of the pushes; as :class:`~dapl_baselines.push_policy.critic.Judgement`."""
-    before, after, pushes = (_to_tensor(each) for each in (found.before.poses, found.after.poses, found.pushes))
+    before, after, pushes = (to_tensor(each) for each in (found.before.poses, found.after.poses, found.pushes))
     turn = quat_multiply(after[:, 3:], quat_conjugate(before[:, 3:]))
     turn = torch.where(turn[:, :1] < 0, -turn, turn)
     sine = torch.linalg.vector_norm(turn[:, 1:], dim=-1, keepdim=True)
     rotation = 2 * torch.atan2(sine, turn[:, :1]) * turn[:, 1:] / sine.clamp(min=1e-6)
     vectors = torch.stack([MOTION_SCALE_PER_M * (after[:, :3] - before[:, :3]), rotation], dim=1)
     return (vectors @ push_axes(pushes).mT).flatten(1)
-
-
-def _to_tensor(array: Float[np.ndarray, "..."]) -> Tensor:
-    return torch.from_numpy(np.asarray(array, dtype=np.float32))

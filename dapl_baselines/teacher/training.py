@@ -13,16 +13,15 @@ there were before: both go on side by side, and what comes of it does not depend
 """
 
 import copy
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
 from clutter6d.schema import FileModel
 from clutter6d.seeding import generator
-from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
-from dapl_baselines.code_hash import code_sha256
+from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.target_shapes import TargetShapes
+from dapl_baselines.push_training import STATE_FILE, PushTraining, read_targets, side_by_side
 from dapl_baselines.replay import Replay
 from dapl_baselines.run_folder import claim
 from dapl_baselines.teacher.iteration_report import TeacherReport
@@ -31,10 +30,8 @@ from dapl_baselines.teacher.practice import Practice
 from dapl_baselines.teacher.settings import TeacherSettings
 from dapl_baselines.teacher.training_state import Course, copy_state, read_state
 from dapl_baselines.validation import TrainingScenes
-from dapl_baselines.validation_run import Observer, ValidationResult, ignore
-from dapl_baselines.watched_training import STATE_FILE, WatchedTraining, read_targets, side_by_side
+from dapl_baselines.validation_run import Observer, ignore
 
-ARCHITECTURE: Final = "push-critic"
 RUN_FILE, REPLAY_FOLDER = "run.json", "replay"
 MAY_CHANGE: Final = {"settings.iterations", "settings.falling_updates"}
 """A training may be made longer or brought to its end sooner; its checkpoints say with what it was made last."""
@@ -56,7 +53,7 @@ class TeacherRecord(FileModel):
     validation_sha256: str
 
 
-class TeacherTraining(WatchedTraining[TeacherReport]):
+class TeacherTraining(PushTraining[TeacherReport]):
     """One training in one folder, new or continued.
 
     Args:
@@ -75,6 +72,10 @@ class TeacherTraining(WatchedTraining[TeacherReport]):
         StorageError: It cannot be written.
     """
 
+    architecture = "push-critic"
+    method = "push-critic"
+    settings: TeacherSettings
+
     def __init__(
         self,
         scenes: TrainingScenes,
@@ -86,8 +87,8 @@ class TeacherTraining(WatchedTraining[TeacherReport]):
     ) -> None:
         obstacles = len(scenes.training.scenes[0].objects) - 1
         critic = settings.critic.model_copy(update={"obstacles": obstacles})
-        self.settings = settings.model_copy(update={"critic": critic})
-        super().__init__(scenes, self.settings, out, threads=threads, observe=observe)
+        settings = settings.model_copy(update={"critic": critic})
+        super().__init__(scenes, settings, out, threads=threads, observe=observe)
         record = TeacherRecord(
             settings=self.settings,
             training_sha256=scenes.training.sha256,
@@ -103,54 +104,24 @@ class TeacherTraining(WatchedTraining[TeacherReport]):
             self.standing = read_state(out / STATE_FILE, self._course)
         self._acting = copy.deepcopy(learner.critic).requires_grad_(False)
 
-    def _make_iteration(self, iteration: int) -> Callable[[ValidationResult | None], TeacherReport]:
+    def _make_iteration(self, iteration: int) -> TeacherReport:
         """Practice and learning side by side."""
         course, seed, end = self._course, self.settings.seed, self._course.replay.count
         self._acting.load_state_dict(course.learner.critic.state_dict())
         practise = partial(course.practice.run, self._acting, course.replay, generator(seed, "practice", iteration))
         learn = partial(course.learner.learn, course.replay, end, generator(seed, "learning", iteration))
         _, losses = side_by_side(practise, learn if end >= self.settings.warm_up else lambda: None)
-        episodes = course.practice.slots.tally.take()
-
-        def report(look: ValidationResult | None) -> TeacherReport:
-            return TeacherReport(
-                iteration=self.standing.iteration,
-                environment_steps=self._environment_steps,
-                seconds=self.standing.seconds,
-                episodes=episodes,
-                pushes=course.replay.count,
-                updates=course.learner.updates,
-                losses=losses,
-                validation=look,
-            )
-
-        return report
-
-    def _curve_row(self, report: TeacherReport) -> dict[str, float]:
-        return report.curve_row()
+        return TeacherReport(
+            iteration=iteration + 1,
+            environment_steps=self._environment_steps(iteration + 1),
+            episodes=course.practice.slots.tally.take(),
+            pushes=course.replay.count,
+            updates=course.learner.updates,
+            losses=losses,
+        )
 
     def _state(self) -> dict[str, object]:
         return copy_state(self.standing, self._course)
 
-    def _write_policy(self, path: Path) -> None:
-        record = TrainingRecord(
-            method="push-critic",
-            steps=self._environment_steps,
-            unit="environment steps",
-            seed=self.settings.seed,
-            split_sha256=self._scenes.training.sha256,
-            code_sha256=code_sha256(),
-            settings=self.settings.model_dump(mode="json"),
-        )
-        write_checkpoint(
-            path,
-            architecture=ARCHITECTURE,
-            config=self.settings.critic,
-            module=self._course.learner.critic,
-            history=(record,),
-            precision=self.settings.stored_precision,
-        )
-
-    @property
-    def _environment_steps(self) -> int:
-        return self.standing.iteration * self.settings.steps * self.settings.slots
+    def _network(self) -> PushCritic:
+        return self._course.learner.critic

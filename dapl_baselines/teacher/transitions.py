@@ -12,7 +12,7 @@ from torch import Tensor
 from clutter6d.envs.termination import TerminationConfig, goal_errors, is_at_goal
 from clutter6d.geometry import quat_from_yaw, quat_multiply
 from dapl_baselines.push_policy import push as columns
-from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState
+from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState, to_tensor
 from dapl_baselines.replay import Replay
 from dapl_baselines.teacher.settings import GoalSettings
 
@@ -56,7 +56,7 @@ class Transitions:
         after = {f"after_{name}": getattr(self.after, name) for name in STATE_FIELDS if name != "physics"}
         others = {"goals": self.goals, "pushes": self.pushes, "steps": self.steps}
         flags = {"is_success": self.is_success, "is_drop": self.is_drop}
-        rows = {name: _as_float(array) for name, array in (before | after | others | flags).items()}
+        rows = {name: to_tensor(array) for name, array in (before | after | others | flags).items()}
         numbers = {"targets": self.targets, "later": self.later}
         return rows | {name: torch.from_numpy(array.astype(np.int32)) for name, array in numbers.items()}
 
@@ -171,7 +171,3 @@ def _moved_goals(
 def _is_there(poses: Float[np.ndarray, "row 7"], goals: Float[np.ndarray, "row 7"]) -> Bool[np.ndarray, "row"]:
     errors = goal_errors(poses.astype(np.float64), goals)
     return is_at_goal(errors.position_m, errors.rotation_rad, TerminationConfig())
-
-
-def _as_float(array: np.ndarray) -> Tensor:
-    return torch.from_numpy(np.asarray(array, dtype=np.float32))

@@ -96,7 +96,7 @@ def test_what_is_added_until_the_next_state_changes_nothing(tmp_path, there):
     """Practice adds rows meanwhile, and after a kill those of iterations that must be made again are there."""
     end, rows = there, draw_transitions(there)
     once, later = (fill(tmp_path / name, rows, SETTINGS.kept) for name in ("once", "later"))
-    later.add(draw_transitions(SETTINGS.pushes_at_risk, seed=7).to_rows())
+    later.add(draw_transitions(SETTINGS.rows_at_risk, seed=7).to_rows())
     one, other = (TeacherLearner(SETTINGS, SHAPES) for _ in range(2))
     assert one.learn(once, end, generator(0, "same")) == other.learn(later, end, generator(0, "same"))
 

@@ -131,4 +131,4 @@ def test_a_damaged_state_is_refused_in_one_line(unbroken, tmp_path, change, said
 def test_what_is_kept_must_outlast_what_is_added_between_two_states():
     with pytest.raises(ValidationError, match="kept: 1000 is less than twice slots"):
         TeacherSettings(slots=64, steps=20, save_every=1, kept=1000)
-    assert all(settings.kept >= 2 * settings.pushes_at_risk for settings in PRESETS.values())
+    assert all(settings.kept >= 2 * settings.rows_at_risk for settings in PRESETS.values())
