@@ -1,5 +1,7 @@
 """What rollouts cost; pure functions of poses, row by row."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float64
 
@@ -29,11 +31,34 @@ def rotation_cost_rad(
     The turn fades as the tilt grows: while an object lies on a wrong face it is no use to turn it, and it must be free
     to tip over whichever edge is at hand.
     """
+    errors = tilt_and_turn(quats, goal_quat)
+    return np.hypot(errors.tilt_rad, errors.turn_rad * errors.upright)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class TiltAndTurn:
+    """Rotations as a turn about a horizontal axis and one about the vertical, as far as each leads; none negative.
+
+    Attributes:
+        tilt_rad: About a horizontal axis.
+        turn_rad: About the vertical.
+        upright: ``cos^2(tilt / 2)``: 1 on the right face, 0 upside down.
+    """
+
+    tilt_rad: Float64[np.ndarray, "sample"]
+    turn_rad: Float64[np.ndarray, "sample"]
+    upright: Float64[np.ndarray, "sample"]
+
+
+def tilt_and_turn(quats: Float64[np.ndarray, "sample 4"], goal_quat: Float64[np.ndarray, "*#sample 4"]) -> TiltAndTurn:
+    """What leads from each goal to each rotation."""
     turn = quat_multiply(quats, quat_conjugate(goal_quat))
-    upright = np.hypot(turn[:, 0], turn[:, 3])
-    tilt = 2 * np.arctan2(np.hypot(turn[:, 1], turn[:, 2]), upright)
-    twist = 2 * np.arctan2(np.abs(turn[:, 3]), np.abs(turn[:, 0]))
-    return np.hypot(tilt, twist * upright**2)
+    cosine = np.hypot(turn[:, 0], turn[:, 3])
+    return TiltAndTurn(
+        tilt_rad=2 * np.arctan2(np.hypot(turn[:, 1], turn[:, 2]), cosine),
+        turn_rad=2 * np.arctan2(np.abs(turn[:, 3]), np.abs(turn[:, 0])),
+        upright=cosine**2,
+    )
 
 
 def reach_cost(

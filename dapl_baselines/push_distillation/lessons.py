@@ -32,7 +32,7 @@ class Lessons:
 
     state: PushState[Tensor]
     goals: Float[Tensor, "row 7"]
-    surface: Float[Tensor, "row 32 3"]
+    surface: Float[Tensor, "row 48 3"]
     pushes: Float[Tensor, "row push column"]
     tokens: Float[Tensor, "row 40 token"]
     gain: Float[Tensor, "row push"]

@@ -10,7 +10,7 @@ from clutter6d.envs.observation import BodyState, Observation
 from clutter6d.geometry import quat_from_matrix
 from clutter6d.sim.kinematics import HandKinematics, hand_kinematics
 from dapl_baselines.push_policy.push_state import PushState, SceneFacts, hand_parts, read_push_state
-from dapl_baselines.push_policy.target_shapes import CONTACTS, SURFACE_POINTS, TargetShapes
+from dapl_baselines.push_policy.target_shapes import CONTACTS, TargetShapes, outermost
 
 NEIGHBOURS: Final = 12
 """Points that a surface normal is fitted to."""
@@ -101,7 +101,7 @@ def see_points(observation: Observation[np.ndarray], *, has_normals: bool = True
         index={},
         contacts=contacts,
         normals=fit_normals(contacts, offsets) if has_normals else np.zeros_like(contacts),
-        surface=offsets[:, :: offsets.shape[1] // SURFACE_POINTS].astype(np.float32),
+        surface=outermost(offsets),
     )
     return Seen(state=state, goals=goals, shapes=shapes, targets=np.arange(rows), hand=hand, qvel=joints[:, 7:])
 

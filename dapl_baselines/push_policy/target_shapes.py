@@ -9,13 +9,15 @@ from jaxtyping import Float, Float32, Float64, Int
 
 from clutter6d.assets.asset import Asset
 from clutter6d.geometry import transform_points
-from clutter6d.seeding import generator
 from dapl_baselines.planners.contact_points import sample_contact_points
 
 CONTACTS: Final = 64
 """Contact points of a target that pushes are drawn among."""
-SURFACE_POINTS: Final = 32
-"""Surface points of a target that a push is judged by."""
+SURFACE_POINTS: Final = 48
+"""Surface points of a target that a push is judged by: its outermost ones, in directions spread over the sphere.
+
+They tell better than as many random ones on what an object stands, and over which edge it tips.
+"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -26,13 +28,13 @@ class TargetShapes:
         index: Rows by the content hash of the asset.
         contacts: Contact points.
         normals: Outward unit normals there.
-        surface: Surface points.
+        surface: Their outermost surface points.
     """
 
     index: dict[str, int]
     contacts: Float64[np.ndarray, "target 64 3"]
     normals: Float64[np.ndarray, "target 64 3"]
-    surface: Float32[np.ndarray, "target 32 3"]
+    surface: Float32[np.ndarray, "target 48 3"]
 
     @classmethod
     def of(cls, assets: Iterable[Asset]) -> "TargetShapes":
@@ -44,7 +46,7 @@ class TargetShapes:
             index={asset.content_hash: row for row, asset in enumerate(ordered)},
             contacts=np.stack([np.resize(each.points[:CONTACTS], (CONTACTS, 3)) for each in touched]),
             normals=np.stack([np.resize(each.normals[:CONTACTS], (CONTACTS, 3)) for each in touched]),
-            surface=np.stack([_draw_surface(asset) for asset in ordered]),
+            surface=np.stack([outermost(asset.surface_points) for asset in ordered]),
         )
 
     def rows_of(self, assets: Iterable[Asset]) -> Int[np.ndarray, "asset"]:
@@ -58,6 +60,17 @@ class TargetShapes:
         return transform_points(poses, self.contacts[rows])
 
 
-def _draw_surface(asset: Asset) -> Float32[np.ndarray, "32 3"]:
-    points = asset.surface_points
-    return points[generator(0, "pushed surface", asset.content_hash).permutation(len(points))[:SURFACE_POINTS]]
+def outermost(points: Float[np.ndarray, "*n point 3"]) -> Float32[np.ndarray, "*n 48 3"]:
+    """Of the points of each surface the one that lies furthest in each of the directions, in their order."""
+    furthest = (points @ _DIRECTIONS.T).argmax(axis=-2)
+    return np.take_along_axis(points, furthest[..., None], axis=-2).astype(np.float32)
+
+
+def _spread_directions(count: int) -> Float64[np.ndarray, "direction 3"]:
+    """Unit vectors spread evenly over the sphere, on a spiral by the golden angle."""
+    number = np.arange(count) + 0.5
+    polar, around = np.arccos(1 - 2 * number / count), np.pi * (1 + np.sqrt(5)) * number
+    return np.column_stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)])
+
+
+_DIRECTIONS: Final = _spread_directions(SURFACE_POINTS)

@@ -34,9 +34,9 @@ the right face, the second for one that must be tipped."""
 LOWEST_CONTACT_M: Final = 0.012
 LOWEST_START_M: Final = 0.015
 STANDOFF_M: Final = 0.05
-LENGTH_M: Final = (0.02, 0.08)
+LENGTH_M: Final = (0.02, 0.20)
 SPEED_M: Final = (0.012, 0.030)
-MAX_TILT_RAD: Final = 1.1
+MAX_TILT_RAD: Final = 0.8
 YAW_NOISE_RAD: Final = 0.25
 
 

@@ -52,18 +52,18 @@ class TeacherSettings(PushTrainingSettings):
     practice_segments: int = Field(default=8, ge=1, le=4096)
     practice_pushes: int = Field(default=24, ge=1, le=4096)
     future_segments: int = Field(default=2, ge=1, le=4096)
-    future_pushes: int = Field(default=6, ge=1, le=4096)
-    updates: int = Field(default=30, ge=1, le=100_000)
+    future_pushes: int = Field(default=4, ge=1, le=4096)
+    updates: int = Field(default=16, ge=1, le=100_000)
     batch: Count = 256
-    iterations: AtLeastOne = 5_000
+    iterations: AtLeastOne = 2_500
     warm_up: AtLeastOne = 4_000
     kept: int = Field(default=1_000_000, ge=1_000, le=16_000_000)
     target_rate: Rate = 0.01
-    final_learning_rate: Rate = 2e-4
-    falling_updates: AtLeastOne = 100_000
+    final_learning_rate: Rate = 1e-4
+    falling_updates: AtLeastOne = 36_000
     future_weight: float = Field(default=0.5, ge=0)
     motion_weight: float = Field(default=1.5, ge=0)
-    evaluate_every: AtLeastOne = 250
+    evaluate_every: AtLeastOne = 500
 
     @property
     def practice_counts(self) -> Counts:

@@ -7,6 +7,7 @@ from dapl_baselines.push_policy import critic as critic_module
 from dapl_baselines.push_policy.choice import judge
 from dapl_baselines.push_policy.critic import MOTION_SIZE, Judgement, PushCritic, PushCriticConfig
 from dapl_baselines.push_policy.push_frame import POINT_FEATURES, PushView, feature_count, view_pushes
+from dapl_baselines.push_policy.target_shapes import SURFACE_POINTS
 from tests.dapl_baselines.push_policy.drawn import draw_goals, draw_pushes, draw_state, surface
 
 SMALL = PushCriticConfig(point_sizes=(8, 12), hidden_size=16)
@@ -71,7 +72,7 @@ def test_judgements_follow_their_pushes():
 
 def test_the_order_of_surface_points_does_not_matter():
     critic, view = make_critic(), make_view()
-    order = torch.from_numpy(generator(0, "order").permutation(32))
+    order = torch.from_numpy(generator(0, "order").permutation(SURFACE_POINTS))
     moved = PushView(features=view.features, points=view.points[:, :, order])
     torch.testing.assert_close(outputs(critic(moved)), outputs(critic(view)), atol=1e-5, rtol=1e-5)
 

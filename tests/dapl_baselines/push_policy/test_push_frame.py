@@ -6,6 +6,7 @@ from clutter6d.geometry import quat_from_yaw, quat_multiply, quat_to_matrix, tra
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy.push_frame import PushView, feature_count, push_axes, view_pushes
 from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState
+from dapl_baselines.push_policy.target_shapes import SURFACE_POINTS
 from dapl_baselines.teacher.transitions import mirrored
 from tests.dapl_baselines.push_policy.drawn import BOX, draw_goals, draw_pushes, draw_state, make_push, surface
 from tests.dapl_baselines.teacher.stories import draw_transitions
@@ -78,7 +79,7 @@ def test_there_are_as_many_features_as_are_counted(obstacles):
     state, goals = draw_state(2, obstacles), draw_goals(2)
     seen = view(state, goals, draw_pushes(state, goals, 2))
     assert seen.features.shape == (2, 4, feature_count(obstacles))
-    assert seen.points.shape == (2, 4, 32, 7)
+    assert seen.points.shape == (2, 4, SURFACE_POINTS, 7)
 
 
 def test_the_order_of_obstacles_does_not_matter():
@@ -114,7 +115,7 @@ def test_points_are_told_from_the_contact_with_their_way_to_the_goal():
     offset = points - push[columns.CONTACT]
     ahead, left = -offset[:, 1], offset[:, 0]
     np.testing.assert_allclose(seen[:, :3], 10 * np.stack([ahead, left, offset[:, 2]], axis=1), atol=1e-9)
-    np.testing.assert_allclose(seen[:, 3:6], np.tile([0.5, 0, 0], (32, 1)), atol=1e-9)
+    np.testing.assert_allclose(seen[:, 3:6], np.tile([0.5, 0, 0], (SURFACE_POINTS, 1)), atol=1e-9)
     heights = transform_points(upright, points[None])[0, :, 2]
     np.testing.assert_allclose(seen[:, 6], 10 * heights, atol=1e-9)
     assert np.abs(points).max() <= max(BOX.extents_m) / 2 + 1e-6
