@@ -40,8 +40,17 @@ def joint_steps(
     tip_targets: Float64[np.ndarray, "n 3"],
     hand_rotations: Float64[np.ndarray, "n 3 3"],
     speed_m: Float64[np.ndarray, "n"],
+    idle_steps: Float64[np.ndarray, "n 7"] | None = None,
 ) -> Float64[np.ndarray, "n 7"]:
-    """Movements of the joints [rad] that take the hand towards a target; arguments as of :func:`servo_residuals`."""
+    """Movements of the joints [rad] that take the hand towards a target; arguments as of :func:`servo_residuals`.
+
+    Args:
+        hand: Kinematics of the hands.
+        tip_targets: Where the tips shall go, world frame [m].
+        hand_rotations: How the hand shall be turned, hand frame to world frame.
+        speed_m: Largest movement of the tips in this step.
+        idle_steps: Movements wanted besides [rad], of which only what leaves the hand where it is is made.
+    """
     rotation, tip = quat_to_matrix(hand.pose[:, 3:]), tip_positions(hand.pose)
     lever = (tip - hand.pose[:, :3])[:, None]
     angular = hand.jacobian[:, 3:].transpose(0, 2, 1)
@@ -54,5 +63,8 @@ def joint_steps(
     rows = np.concatenate([linear, ROTATION_WEIGHT_M * angular], axis=-1)
     error = np.concatenate([step, ROTATION_WEIGHT_M * turn], axis=-1)
     normal = np.einsum("nji,njk->nik", rows, rows) + DAMPING**2 * np.eye(6)
+    if idle_steps is not None:
+        error = error - np.einsum("nji,nj->ni", rows, idle_steps)
     weights = np.linalg.solve(normal, error[..., None])[..., 0]
-    return np.einsum("nji,ni->nj", rows, weights)
+    steps = np.einsum("nji,ni->nj", rows, weights)
+    return steps if idle_steps is None else steps + idle_steps

@@ -103,6 +103,7 @@ class StudentPractice:
             goals=known.goals[slots],
             targets=known.targets[slots],
             hand=known.hand[slots],
+            qpos=known.qpos[slots],
             qvel=known.qvel[slots],
         )
         return Lessons.of(

@@ -15,7 +15,6 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from clutter6d.errors import InvalidValueError
 from clutter6d.schema import FileModel
 from clutter6d.seeding import generator
 from dapl_baselines.checkpoint import Checkpoint
@@ -25,12 +24,12 @@ from dapl_baselines.push_distillation.learner import StudentLearner
 from dapl_baselines.push_distillation.practice import StudentPractice
 from dapl_baselines.push_distillation.settings import PushDistillationSettings
 from dapl_baselines.push_distillation.training_state import Course, copy_state, read_state
-from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.student import PushStudent
 from dapl_baselines.push_policy.target_shapes import TargetShapes
 from dapl_baselines.push_training import STATE_FILE, PushTraining, read_targets, side_by_side
 from dapl_baselines.replay import Replay
 from dapl_baselines.run_folder import claim
+from dapl_baselines.teacher.trained_critic import critic_of
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ignore
 
@@ -91,7 +90,7 @@ class PushDistillation(PushTraining[StudentReport]):
         threads: int = 0,
         observe: Observer = ignore,
     ) -> None:
-        critic = _critic_of(teacher, objects=len(scenes.training.scenes[0].objects))
+        critic = critic_of(teacher, objects=len(scenes.training.scenes[0].objects))
         student = settings.student.model_copy(update={"encoder": encoder.config})
         settings = settings.model_copy(update={"student": student})
         super().__init__(scenes, settings, out, threads=threads, observe=observe)
@@ -135,13 +134,3 @@ class PushDistillation(PushTraining[StudentReport]):
 
     def _network(self) -> PushStudent:
         return self._course.learner.student
-
-
-def _critic_of(teacher: Checkpoint, *, objects: int) -> PushCritic:
-    critic = teacher.module
-    if not isinstance(critic, PushCritic):
-        raise InvalidValueError(f"the teacher is a {teacher.header.architecture}; give one of dapl train teacher")
-    known = critic.config.obstacles + 1
-    if known != objects:
-        raise InvalidValueError(f"the teacher knows scenes of {known} objects, not of {objects}; choose others")
-    return critic.eval().requires_grad_(False)

@@ -73,7 +73,8 @@ class PushingPolicy(ABC):
             if slot.tracker.is_over()[0]:
                 push = self._choose(inputs, row, partial(slot.rng, step))
                 slot.tracker.begin(FIRST, push, seen.state.poses[:, :3])
-            residuals.append(slot.tracker.residuals(seen.hand, seen.qvel, seen.placed_contacts(), ActionConfig()))
+            around = seen.placed_contacts()
+            residuals.append(slot.tracker.residuals(seen.hand, seen.qpos, seen.qvel, around, ActionConfig()))
         return np.concatenate(residuals).astype(np.float32)
 
     def _draw(self, seen: Seen, rng: np.random.Generator) -> Float64[np.ndarray, "1 push column"]:

@@ -104,7 +104,8 @@ class PushSlots:
             seen: All slots, as they are.
             counted: Slots whose episodes are counted in the tally.
         """
-        residuals = self.tracker.residuals(seen.hand, seen.qvel, seen.placed_contacts(), self._config.action)
+        around = seen.placed_contacts()
+        residuals = self.tracker.residuals(seen.hand, seen.qpos, seen.qvel, around, self._config.action)
         result = self._episodes.step(self._all, residuals.astype(np.float32))
         ends = self._ends(result)
         flags = (torch.from_numpy(flag) for flag in (ends.is_over & counted, ends.is_success))

@@ -31,6 +31,7 @@ class Seen:
         shapes: Shapes of targets.
         targets: Which of them each row's target has.
         hand: Kinematics of the hands.
+        qpos: Joint angles [rad].
         qvel: Joint velocities [rad/s].
     """
 
@@ -39,6 +40,7 @@ class Seen:
     shapes: TargetShapes
     targets: Int[np.ndarray, "row"]
     hand: HandKinematics[np.ndarray]
+    qpos: Float64[np.ndarray, "row 7"]
     qvel: Float64[np.ndarray, "row 7"]
 
     def placed_contacts(self) -> Float64[np.ndarray, "row 64 3"]:
@@ -64,7 +66,8 @@ def see_states(
     """
     hand = hand_kinematics(bodies.arm_qpos)
     state = read_push_state(bodies, hand, facts)
-    return Seen(state=state, goals=goals, shapes=shapes, targets=targets, hand=hand, qvel=bodies.arm_qvel)
+    arm = {"hand": hand, "qpos": bodies.arm_qpos, "qvel": bodies.arm_qvel}
+    return Seen(state=state, goals=goals, shapes=shapes, targets=targets, **arm)
 
 
 def see_points(observation: Observation[np.ndarray], *, has_normals: bool = True) -> Seen:
@@ -103,7 +106,8 @@ def see_points(observation: Observation[np.ndarray], *, has_normals: bool = True
         normals=fit_normals(contacts, offsets) if has_normals else np.zeros_like(contacts),
         surface=outermost(offsets),
     )
-    return Seen(state=state, goals=goals, shapes=shapes, targets=np.arange(rows), hand=hand, qvel=joints[:, 7:])
+    arm = {"hand": hand, "qpos": joints[:, :7], "qvel": joints[:, 7:]}
+    return Seen(state=state, goals=goals, shapes=shapes, targets=np.arange(rows), **arm)
 
 
 def fit_velocities(

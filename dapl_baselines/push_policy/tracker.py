@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float64, Int
 from clutter6d.envs.action import ActionConfig
 from clutter6d.geometry import quat_to_matrix
 from clutter6d.sim.kinematics import HandKinematics
+from clutter6d.sim.robot import HOME_QPOS
 from dapl_baselines.planners.hand_servo import joint_steps, tip_positions
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy.arm_response import residuals_for
@@ -40,6 +41,13 @@ STILL_M: Final = 0.003
 """Tips that move by less in a control step of a flight do not come on: something is in the way."""
 NEARLY_THERE_M: Final = 0.03
 """Tips that do not come on, but are nearer to the start than this, begin the push from there."""
+HOME_SHARE: Final = 0.2
+MAX_HOME_RAD: Final = 0.04
+"""In each control step the elbow, which may be anywhere while the hand is where it should be, goes home by this share.
+
+Otherwise it wanders with every push, in the end to where joints are at their limits, and what a push does depends on
+where the elbow has come to.
+"""
 MAX_STEPS: Final = 60
 MAX_SEGMENT_STEPS: Final = 12
 
@@ -116,6 +124,7 @@ class PushTracker:
     def residuals(
         self,
         hand: HandKinematics[np.ndarray],
+        qpos: Float64[np.ndarray, "slot 7"],
         qvel: Float64[np.ndarray, "slot 7"],
         obstacles: Float64[np.ndarray, "slot point 3"],
         config: ActionConfig,
@@ -124,6 +133,7 @@ class PushTracker:
 
         Args:
             hand: Kinematics of the hands.
+            qpos: Joint angles [rad].
             qvel: Joint velocities [rad/s].
             obstacles: Points that are flown over, world frame [m]: the target's.
             config: The action's bounds.
@@ -135,7 +145,8 @@ class PushTracker:
         flight_speeds = np.where(distances < SLOW_DOWN_M, np.maximum(distances, 0.01), FLIGHT_SPEED_M)
         targets = np.where(self.is_pushing[:, None], self._push_on(tips), self._fly(tips, obstacles))
         speeds = np.where(self.is_pushing, np.maximum(self.speeds, 0.015) + 0.01, flight_speeds)
-        return residuals_for(joint_steps(hand, targets, self.hands, speeds), qvel, config)
+        home = np.clip(HOME_SHARE * (HOME_QPOS - qpos), -MAX_HOME_RAD, MAX_HOME_RAD)
+        return residuals_for(joint_steps(hand, targets, self.hands, speeds, home), qvel, config)
 
     def _arrive(self, tips: Float64[np.ndarray, "slot 3"], distances: Float64[np.ndarray, "slot"]) -> None:
         """End the flights that are there, or as near as they come."""

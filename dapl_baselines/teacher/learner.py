@@ -84,6 +84,11 @@ class TeacherLearner:
         )
         self.updates = 0
 
+    def begin_with(self, critic: PushCritic) -> None:
+        """Take over the weights of a trained critic of the same sizes."""
+        for network in (self.critic, self.slow):
+            network.load_state_dict(critic.state_dict())
+
     def learn(self, replay: Replay, end: int, rng: np.random.Generator) -> Losses:
         """The updates of one iteration; returns their mean losses.
 

@@ -19,6 +19,7 @@ from typing import Final, Literal
 
 from clutter6d.schema import FileModel
 from clutter6d.seeding import generator
+from dapl_baselines.checkpoint import Checkpoint
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.target_shapes import TargetShapes
 from dapl_baselines.push_training import STATE_FILE, PushTraining, read_targets, side_by_side
@@ -28,6 +29,7 @@ from dapl_baselines.teacher.iteration_report import TeacherReport
 from dapl_baselines.teacher.learner import TeacherLearner
 from dapl_baselines.teacher.practice import Practice
 from dapl_baselines.teacher.settings import TeacherSettings
+from dapl_baselines.teacher.trained_critic import critic_to_begin_with
 from dapl_baselines.teacher.training_state import Course, copy_state, read_state
 from dapl_baselines.validation import TrainingScenes
 from dapl_baselines.validation_run import Observer, ignore
@@ -45,12 +47,14 @@ class TeacherRecord(FileModel):
         settings: Network, practice, losses.
         training_sha256: The scenes trained on.
         validation_sha256: The scenes watched on.
+        start_sha256: Weights of the teacher that it begins with; empty: random ones.
     """
 
     schema_version: Literal[1] = 1
     settings: TeacherSettings
     training_sha256: str
     validation_sha256: str
+    start_sha256: str = ""
 
 
 class TeacherTraining(PushTraining[TeacherReport]):
@@ -60,6 +64,7 @@ class TeacherTraining(PushTraining[TeacherReport]):
         scenes: What is trained and watched on; all of as many objects.
         settings: Everything the user chooses; the critic's number of obstacles is that of the scenes.
         out: The folder.
+        start: Checkpoint of a teacher that it begins with; ``None``: random weights.
         threads: Threads of the simulation; 0 for all cores.
         observe: Told of the targets that are read, and of the episodes of a look.
 
@@ -67,7 +72,8 @@ class TeacherTraining(PushTraining[TeacherReport]):
         standing: How far it is.
 
     Raises:
-        InvalidValueError: The folder holds a training with other settings, or something else.
+        InvalidValueError: The folder holds a training with other settings, or something else; or ``start`` is no
+            teacher of such scenes with the same network and prices.
         InvalidFileError: A file in it is damaged.
         StorageError: It cannot be written.
     """
@@ -82,6 +88,7 @@ class TeacherTraining(PushTraining[TeacherReport]):
         settings: TeacherSettings,
         out: Path,
         *,
+        start: Checkpoint | None = None,
         threads: int = 0,
         observe: Observer = ignore,
     ) -> None:
@@ -89,14 +96,19 @@ class TeacherTraining(PushTraining[TeacherReport]):
         critic = settings.critic.model_copy(update={"obstacles": obstacles})
         settings = settings.model_copy(update={"critic": critic})
         super().__init__(scenes, settings, out, threads=threads, observe=observe)
+        begun_with = None if start is None else critic_to_begin_with(start, settings.critic)
         record = TeacherRecord(
             settings=self.settings,
             training_sha256=scenes.training.sha256,
             validation_sha256=scenes.validation.sha256,
+            start_sha256="" if start is None else start.header.weights_sha256,
         )
         claim(out / RUN_FILE, record, what="teacher's training", may_change=MAY_CHANGE)
+        self._history = () if start is None else start.header.history
         shapes = TargetShapes.of(read_targets(scenes.training, observe))
         learner = TeacherLearner(self.settings, shapes)
+        if begun_with is not None:
+            learner.begin_with(begun_with)
         practice = Practice(scenes.training, shapes, self.settings, threads=threads)
         replay = Replay(out / REPLAY_FOLDER, practice.blank_rows(), self.settings.kept)
         self._course = Course(learner=learner, practice=practice, replay=replay)

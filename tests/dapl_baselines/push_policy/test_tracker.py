@@ -80,7 +80,7 @@ class Stage:
                 break
             around = self.shapes.placed_contacts(0 * self.slots, batch.object_poses[:, 0])
             hand = hand_kinematics(batch.arm_qpos)
-            residuals = self.tracker.residuals(hand, batch.arm_qvel, around, ActionConfig())
+            residuals = self.tracker.residuals(hand, batch.arm_qpos, batch.arm_qvel, around, ActionConfig())
             self.env.step(self.slots, residuals.astype(np.float32))
             film.residuals.append(residuals)
             film.tips.append(self.tips())

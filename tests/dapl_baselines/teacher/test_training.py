@@ -12,6 +12,7 @@ from clutter6d.errors import InvalidFileError, InvalidValueError
 from clutter6d.eval.policy import PolicyOptions
 from clutter6d.eval.runner import EpisodeRunner
 from dapl_baselines.checkpoint import load_checkpoint_policy, read_checkpoint
+from dapl_baselines.push_policy.outcomes import Prices
 from dapl_baselines.teacher.settings import PRESETS, TeacherSettings
 from dapl_baselines.teacher.training import TeacherTraining
 from dapl_baselines.validation import part_scenes
@@ -87,6 +88,27 @@ def test_a_finished_training_may_be_given_more_iterations(unbroken):
     assert list(make_training(unbroken).run()) == []
     assert make_training(unbroken, SETTINGS.model_copy(update={"iterations": 9})).standing.iteration == 8
     make_training(unbroken)
+
+
+def test_it_may_begin_with_a_trained_teacher_and_says_so(unbroken, tmp_path):
+    start = read_checkpoint(unbroken / "policy.pt")
+    training = make_training(tmp_path / "run", SETTINGS.model_copy(update={"learning_rate": 1e-9}), start=start)
+    assert len(list(training.run())) == 8
+    made, before = read_checkpoint(tmp_path / "run" / "policy.pt"), start.module.state_dict()
+    for name, weights in made.module.state_dict().items():
+        torch.testing.assert_close(weights, before[name], atol=1e-2, rtol=1e-2)
+    assert made.header.history[:-1] == start.header.history
+    with pytest.raises(InvalidValueError, match="start_sha256"):
+        make_training(tmp_path / "run", SETTINGS.model_copy(update={"learning_rate": 1e-9}))
+
+
+def test_a_teacher_of_another_size_or_other_prices_is_no_start(unbroken, tmp_path):
+    start = read_checkpoint(unbroken / "policy.pt")
+    for change, said in (({"hidden_size": 8}, "hidden_size is 8, and 16"), ({"prices": Prices(step=0.5)}, "prices is")):
+        critic = SETTINGS.critic.model_copy(update=change)
+        with pytest.raises(InvalidValueError, match=said):
+            make_training(tmp_path / "run", SETTINGS.model_copy(update={"critic": critic}), start=start)
+    assert not (tmp_path / "run").exists()
 
 
 def actions(policy, slots: int) -> dict[tuple[str, int], np.ndarray]:
