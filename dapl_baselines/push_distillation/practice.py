@@ -102,6 +102,7 @@ class StudentPractice:
             state=known.state.rows(slots),
             goals=known.goals[slots],
             targets=known.targets[slots],
+            obstacle_points=known.obstacle_points[slots],
             hand=known.hand[slots],
             qpos=known.qpos[slots],
             qvel=known.qvel[slots],

@@ -73,7 +73,7 @@ class PushingPolicy(ABC):
             if slot.tracker.is_over()[0]:
                 push = self._choose(inputs, row, partial(slot.rng, step))
                 slot.tracker.begin(FIRST, push, seen.state.poses[:, :3])
-            around = seen.placed_contacts()
+            around = seen.points_in_the_way()
             residuals.append(slot.tracker.residuals(seen.hand, seen.qpos, seen.qvel, around, ActionConfig()))
         return np.concatenate(residuals).astype(np.float32)
 

@@ -104,7 +104,7 @@ class PushSlots:
             seen: All slots, as they are.
             counted: Slots whose episodes are counted in the tally.
         """
-        around = seen.placed_contacts()
+        around = seen.points_in_the_way()
         residuals = self.tracker.residuals(seen.hand, seen.qpos, seen.qvel, around, self._config.action)
         result = self._episodes.step(self._all, residuals.astype(np.float32))
         ends = self._ends(result)

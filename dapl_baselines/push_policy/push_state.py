@@ -12,10 +12,11 @@ from torch import Tensor
 from clutter6d.arrays import Array
 from clutter6d.envs.action import joint_to_hand_velocity
 from clutter6d.envs.observation import BodyState
-from clutter6d.geometry import quat_from_matrix, quat_to_matrix, rotate
+from clutter6d.geometry import quat_from_matrix, quat_to_matrix, rotate, transform_points
 from clutter6d.sim.kinematics import HandKinematics
 from clutter6d.sim.scene_model import SceneModel
 from dapl_baselines.planners.hand_servo import tip_positions
+from dapl_baselines.push_policy.target_shapes import SURFACE_POINTS, outermost
 from dapl_baselines.push_policy.tracker import POINTING_DOWN
 
 
@@ -64,11 +65,13 @@ class SceneFacts:
 
     Attributes:
         radii: Of balls around the objects' origins [m].
+        outlines: Outermost surface points of all objects but the targets, in their own frames [m].
         masses: [kg].
         frictions: Of the targets.
     """
 
     radii: Float64[np.ndarray, "slot object"]
+    outlines: Float64[np.ndarray, "slot obstacle point 3"]
     masses: Float64[np.ndarray, "slot object"]
     frictions: Float64[np.ndarray, "slot"]
 
@@ -76,8 +79,10 @@ class SceneFacts:
     def of(cls, scenes: Sequence[SceneModel]) -> "SceneFacts":
         """The facts of scenes, a slot each."""
         radii = [[np.sqrt((asset.surface_points**2).sum(axis=-1).max()) for asset in scene.assets] for scene in scenes]
+        outlines = np.array([[outermost(asset.surface_points) for asset in scene.assets[1:]] for scene in scenes])
         return cls(
             radii=np.array(radii, dtype=np.float64),
+            outlines=outlines.reshape(len(scenes), -1, SURFACE_POINTS, 3).astype(np.float64),
             masses=np.stack([scene.object_masses_kg() for scene in scenes]),
             frictions=np.array([scene.object_frictions()[0] for scene in scenes]),
         )
@@ -85,7 +90,14 @@ class SceneFacts:
     def put(self, slots: np.ndarray, facts: "SceneFacts") -> None:
         """Take over those of some slots."""
         self.radii[slots], self.masses[slots] = facts.radii, facts.masses
-        self.frictions[slots] = facts.frictions
+        self.frictions[slots], self.outlines[slots] = facts.frictions, facts.outlines
+
+    def placed_outlines(
+        self, object_poses: Float64[np.ndarray, "slot object 7"]
+    ) -> Float64[np.ndarray, "slot point 3"]:
+        """Where the outermost points are, world frame [m]."""
+        placed = transform_points(object_poses[:, 1:].reshape(-1, 7), self.outlines.reshape(-1, SURFACE_POINTS, 3))
+        return placed.reshape(len(object_poses), -1, 3)
 
 
 def read_push_state(

@@ -19,6 +19,8 @@ ON_SURFACE_M: Final = 0.001
 FADING_M: Final = 0.02
 """Points that tell which side of a surface is inside: no further than the first from the normal's line, off the surface
 by more than the second; the third is the distance at which they count e times less."""
+EVERY_OBSTACLE_POINT: Final = 4
+"""One of so many observed points of other objects is looked at to fly over them."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -30,6 +32,7 @@ class Seen:
         goals: Where the targets shall go.
         shapes: Shapes of targets.
         targets: Which of them each row's target has.
+        obstacle_points: Points of other objects, world frame [m].
         hand: Kinematics of the hands.
         qpos: Joint angles [rad].
         qvel: Joint velocities [rad/s].
@@ -39,13 +42,16 @@ class Seen:
     goals: Float64[np.ndarray, "row 7"]
     shapes: TargetShapes
     targets: Int[np.ndarray, "row"]
+    obstacle_points: Float64[np.ndarray, "row point 3"]
     hand: HandKinematics[np.ndarray]
     qpos: Float64[np.ndarray, "row 7"]
     qvel: Float64[np.ndarray, "row 7"]
 
-    def placed_contacts(self) -> Float64[np.ndarray, "row 64 3"]:
-        """The targets' contact points, world frame [m]."""
-        return self.shapes.placed_contacts(self.targets, self.state.poses)
+    def points_in_the_way(self) -> Float64[np.ndarray, "row point 3"]:
+        """What the hand must fly over: the targets' contact points and points of other objects, world frame [m]."""
+        return np.concatenate(
+            [self.shapes.placed_contacts(self.targets, self.state.poses), self.obstacle_points], axis=1
+        )
 
 
 def see_states(
@@ -66,8 +72,16 @@ def see_states(
     """
     hand = hand_kinematics(bodies.arm_qpos)
     state = read_push_state(bodies, hand, facts)
-    arm = {"hand": hand, "qpos": bodies.arm_qpos, "qvel": bodies.arm_qvel}
-    return Seen(state=state, goals=goals, shapes=shapes, targets=targets, **arm)
+    return Seen(
+        state=state,
+        goals=goals,
+        shapes=shapes,
+        targets=targets,
+        obstacle_points=facts.placed_outlines(bodies.object_poses),
+        hand=hand,
+        qpos=bodies.arm_qpos,
+        qvel=bodies.arm_qvel,
+    )
 
 
 def see_points(observation: Observation[np.ndarray], *, has_normals: bool = True) -> Seen:
@@ -106,8 +120,16 @@ def see_points(observation: Observation[np.ndarray], *, has_normals: bool = True
         normals=fit_normals(contacts, offsets) if has_normals else np.zeros_like(contacts),
         surface=outermost(offsets),
     )
-    arm = {"hand": hand, "qpos": joints[:, :7], "qvel": joints[:, 7:]}
-    return Seen(state=state, goals=goals, shapes=shapes, targets=np.arange(rows), **arm)
+    return Seen(
+        state=state,
+        goals=goals,
+        shapes=shapes,
+        targets=np.arange(rows),
+        obstacle_points=observation["environment_points"][:, ::EVERY_OBSTACLE_POINT, :3].astype(np.float64),
+        hand=hand,
+        qpos=joints[:, :7],
+        qvel=joints[:, 7:],
+    )
 
 
 def fit_velocities(

@@ -135,7 +135,7 @@ class PushTracker:
             hand: Kinematics of the hands.
             qpos: Joint angles [rad].
             qvel: Joint velocities [rad/s].
-            obstacles: Points that are flown over, world frame [m]: the target's.
+            obstacles: Points that are flown over, world frame [m].
             config: The action's bounds.
         """
         tips = tip_positions(hand.pose)

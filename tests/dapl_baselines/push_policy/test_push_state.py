@@ -4,11 +4,12 @@ import pytest
 
 from clutter6d.envs.observation import BodyState
 from clutter6d.envs.slots import ClutterSlots
-from clutter6d.geometry import quat_to_matrix
+from clutter6d.geometry import quat_to_matrix, transform_points
 from clutter6d.seeding import generator
 from clutter6d.sim.kinematics import hand_kinematics
 from dapl_baselines.planners.hand_servo import tip_positions
 from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState, SceneFacts, read_push_state
+from dapl_baselines.push_policy.target_shapes import SURFACE_POINTS
 from dapl_baselines.push_policy.tracker import POINTING_DOWN
 from tests.scene_fixtures import make_box_scene
 
@@ -57,6 +58,17 @@ def test_obstacles_are_balls_that_hold_the_objects(env, state):
         np.testing.assert_array_equal(state.obstacles[slot, :, :3], env.batch.object_poses[slot, 1:, :3])
         np.testing.assert_allclose(state.obstacles[slot, :, 4], scene.object_masses_kg()[1:])
         np.testing.assert_allclose(state.physics[slot], [0.3, 0.5])
+
+
+def test_outlines_are_placed_with_the_objects_and_leave_the_target_out(env):
+    facts, poses = SceneFacts.of(env.batch.scenes), env.batch.object_poses
+    placed = facts.placed_outlines(poses).reshape(2, 3, SURFACE_POINTS, 3)
+    for slot, scene in enumerate(env.batch.scenes):
+        for number, asset in enumerate(scene.assets[1:]):
+            here = transform_points(poses[slot, number + 1], asset.surface_points.astype(np.float64))
+            for axis in range(3):
+                np.testing.assert_allclose(placed[slot, number, :, axis].max(), here[:, axis].max(), atol=0.02)
+                np.testing.assert_allclose(placed[slot, number, :, axis].min(), here[:, axis].min(), atol=0.02)
 
 
 def test_the_tips_and_how_the_hand_is_held_and_moves(env, state):

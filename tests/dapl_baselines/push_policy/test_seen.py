@@ -64,8 +64,16 @@ def test_without_normals_nothing_else_changes(slots):
     observation = slots.observe(np.arange(3))
     with_normals, without = see_points(observation), see_points(observation, has_normals=False)
     assert not without.shapes.normals.any()
-    np.testing.assert_array_equal(with_normals.placed_contacts(), without.placed_contacts())
+    np.testing.assert_array_equal(with_normals.points_in_the_way(), without.points_in_the_way())
     np.testing.assert_array_equal(with_normals.state.poses, without.state.poses)
+
+
+def test_what_points_show_in_the_way_is_there_and_near(slots):
+    known, seen = (each.points_in_the_way() for each in (slots.see(), see_points(slots.observe(np.arange(3)))))
+    distances = np.linalg.norm(seen[:, :, None] - known[:, None], axis=-1).min(axis=2)
+    assert distances.mean() < 0.02
+    assert distances.max() < 0.06
+    assert (seen[:, 64:] != seen[:, :1]).any(axis=2).all()
 
 
 def test_the_velocity_of_a_rigid_body_is_found_from_its_points():
