@@ -88,7 +88,7 @@ class LookAhead:
         """One control step of the pushes that are not over; the others' trackers run on unheard."""
         batch, hand = self._batch, hand_kinematics(self._batch.arm_qpos)
         contacts = self._shapes.placed_contacts(self._targets, batch.object_poses[:, 0])
-        around = np.concatenate([contacts, self._facts.placed_outlines(batch.object_poses)], axis=1)
+        around = np.concatenate([contacts, self._facts.placed_surfaces(batch.object_poses)], axis=1)
         residuals = tracker.residuals(hand, batch.arm_qpos, batch.arm_qvel, around, self._action).astype(np.float32)
         targets = self._joint_targets(residuals, hand)
         batch.joint_targets[running] = targets[running]

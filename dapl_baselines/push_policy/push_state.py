@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Generic
+from typing import Final, Generic
 
 import numpy as np
 import torch
@@ -10,14 +10,18 @@ from jaxtyping import Float, Float64, Int
 from torch import Tensor
 
 from clutter6d.arrays import Array
+from clutter6d.assets.asset import SURFACE_POINTS
 from clutter6d.envs.action import joint_to_hand_velocity
 from clutter6d.envs.observation import BodyState
 from clutter6d.geometry import quat_from_matrix, quat_to_matrix, rotate, transform_points
 from clutter6d.sim.kinematics import HandKinematics
 from clutter6d.sim.scene_model import SceneModel
 from dapl_baselines.planners.hand_servo import tip_positions
-from dapl_baselines.push_policy.target_shapes import SURFACE_POINTS, outermost
 from dapl_baselines.push_policy.tracker import POINTING_DOWN
+
+POINTS: Final = 64
+EVERY_POINT: Final = SURFACE_POINTS // POINTS
+"""One of so many surface points of an object that is not the target is kept, to fly over it."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -65,13 +69,13 @@ class SceneFacts:
 
     Attributes:
         radii: Of balls around the objects' origins [m].
-        outlines: Outermost surface points of all objects but the targets, in their own frames [m].
+        surfaces: Surface points of all objects but the targets, in their own frames [m].
         masses: [kg].
         frictions: Of the targets.
     """
 
     radii: Float64[np.ndarray, "slot object"]
-    outlines: Float64[np.ndarray, "slot obstacle point 3"]
+    surfaces: Float64[np.ndarray, "slot obstacle point 3"]
     masses: Float64[np.ndarray, "slot object"]
     frictions: Float64[np.ndarray, "slot"]
 
@@ -79,10 +83,10 @@ class SceneFacts:
     def of(cls, scenes: Sequence[SceneModel]) -> "SceneFacts":
         """The facts of scenes, a slot each."""
         radii = [[np.sqrt((asset.surface_points**2).sum(axis=-1).max()) for asset in scene.assets] for scene in scenes]
-        outlines = np.array([[outermost(asset.surface_points) for asset in scene.assets[1:]] for scene in scenes])
+        surfaces = np.array([[asset.surface_points[::EVERY_POINT] for asset in scene.assets[1:]] for scene in scenes])
         return cls(
             radii=np.array(radii, dtype=np.float64),
-            outlines=outlines.reshape(len(scenes), -1, SURFACE_POINTS, 3).astype(np.float64),
+            surfaces=surfaces.reshape(len(scenes), -1, POINTS, 3).astype(np.float64),
             masses=np.stack([scene.object_masses_kg() for scene in scenes]),
             frictions=np.array([scene.object_frictions()[0] for scene in scenes]),
         )
@@ -90,13 +94,13 @@ class SceneFacts:
     def put(self, slots: np.ndarray, facts: "SceneFacts") -> None:
         """Take over those of some slots."""
         self.radii[slots], self.masses[slots] = facts.radii, facts.masses
-        self.frictions[slots], self.outlines[slots] = facts.frictions, facts.outlines
+        self.frictions[slots], self.surfaces[slots] = facts.frictions, facts.surfaces
 
-    def placed_outlines(
+    def placed_surfaces(
         self, object_poses: Float64[np.ndarray, "slot object 7"]
     ) -> Float64[np.ndarray, "slot point 3"]:
-        """Where the outermost points are, world frame [m]."""
-        placed = transform_points(object_poses[:, 1:].reshape(-1, 7), self.outlines.reshape(-1, SURFACE_POINTS, 3))
+        """Where the surface points are, world frame [m]."""
+        placed = transform_points(object_poses[:, 1:].reshape(-1, 7), self.surfaces.reshape(-1, POINTS, 3))
         return placed.reshape(len(object_poses), -1, 3)
 
 

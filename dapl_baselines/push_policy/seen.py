@@ -77,7 +77,7 @@ def see_states(
         goals=goals,
         shapes=shapes,
         targets=targets,
-        obstacle_points=facts.placed_outlines(bodies.object_poses),
+        obstacle_points=facts.placed_surfaces(bodies.object_poses),
         hand=hand,
         qpos=bodies.arm_qpos,
         qvel=bodies.arm_qvel,

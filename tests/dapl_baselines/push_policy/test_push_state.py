@@ -8,8 +8,7 @@ from clutter6d.geometry import quat_to_matrix, transform_points
 from clutter6d.seeding import generator
 from clutter6d.sim.kinematics import hand_kinematics
 from dapl_baselines.planners.hand_servo import tip_positions
-from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState, SceneFacts, read_push_state
-from dapl_baselines.push_policy.target_shapes import SURFACE_POINTS
+from dapl_baselines.push_policy.push_state import POINTS, STATE_FIELDS, PushState, SceneFacts, read_push_state
 from dapl_baselines.push_policy.tracker import POINTING_DOWN
 from tests.scene_fixtures import make_box_scene
 
@@ -60,9 +59,9 @@ def test_obstacles_are_balls_that_hold_the_objects(env, state):
         np.testing.assert_allclose(state.physics[slot], [0.3, 0.5])
 
 
-def test_outlines_are_placed_with_the_objects_and_leave_the_target_out(env):
+def test_surfaces_are_placed_with_the_objects_and_leave_the_target_out(env):
     facts, poses = SceneFacts.of(env.batch.scenes), env.batch.object_poses
-    placed = facts.placed_outlines(poses).reshape(2, 3, SURFACE_POINTS, 3)
+    placed = facts.placed_surfaces(poses).reshape(2, 3, POINTS, 3)
     for slot, scene in enumerate(env.batch.scenes):
         for number, asset in enumerate(scene.assets[1:]):
             here = transform_points(poses[slot, number + 1], asset.surface_points.astype(np.float64))
