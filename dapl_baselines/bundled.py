@@ -7,7 +7,7 @@ from typing import Final
 
 from clutter6d.errors import UnknownNameError
 from clutter6d.eval.policy import Policy, PolicyOptions
-from dapl_baselines.checkpoint import load_checkpoint_policy
+from dapl_baselines.checkpoint import Checkpoint, load_checkpoint_policy, read_checkpoint
 
 FOLDER: Final = Path(__file__).parent / "checkpoints"
 BUNDLED: Final[Mapping[str, str]] = {
@@ -28,6 +28,19 @@ def find_bundled(name: str) -> Path:
     if name not in BUNDLED:
         raise UnknownNameError("checkpoint", name, BUNDLED)
     return FOLDER / BUNDLED[name]
+
+
+def open_checkpoint(name_or_file: str) -> Checkpoint:
+    """A checkpoint that comes with the package, or any other.
+
+    Args:
+        name_or_file: A name in :data:`BUNDLED`, or a ``.pt``.
+
+    Raises:
+        MissingFileError: There is no such file.
+        InvalidFileError: It is not an acceptable checkpoint.
+    """
+    return read_checkpoint(find_bundled(name_or_file) if name_or_file in BUNDLED else Path(name_or_file))
 
 
 def _make(name: str, options: PolicyOptions) -> Policy:

@@ -7,7 +7,8 @@ from typing import Final
 import torch
 
 from clutter6d.errors import InvalidFileError, InvalidValueError, UnknownNameError
-from dapl_baselines.checkpoint import TrainingRecord, read_checkpoint, weights_sha256
+from dapl_baselines.bundled import BUNDLED, open_checkpoint
+from dapl_baselines.checkpoint import TrainingRecord, weights_sha256
 from dapl_baselines.encoders.dapl import DaplEncoder, DaplEncoderConfig
 from dapl_baselines.encoders.registry import ENCODERS
 
@@ -39,7 +40,7 @@ def open_encoder(choice: str, seed: int) -> EncoderSource | None:
 
     Args:
         choice: ``"none"``; an encoder's name, for one with random weights (as the paper's first policy has); or a
-            checkpoint of a world model or policy.
+            checkpoint of a world model or policy, by its file or, of one that comes with the package, its name.
         seed: Of random weights.
 
     Raises:
@@ -49,10 +50,10 @@ def open_encoder(choice: str, seed: int) -> EncoderSource | None:
     """
     if choice == NO_ENCODER:
         return None
-    if Path(choice).suffix == ".pt":
-        return _read_encoder(Path(choice))
+    if choice in BUNDLED or Path(choice).suffix == ".pt":
+        return _read_encoder(choice)
     if choice not in ENCODERS:
-        raise UnknownNameError("encoder", choice, [NO_ENCODER, *ENCODERS, "checkpoint.pt"])
+        raise UnknownNameError("encoder", choice, [NO_ENCODER, *ENCODERS, *BUNDLED, "checkpoint.pt"])
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         module = DaplEncoder(DaplEncoderConfig())
@@ -71,9 +72,9 @@ def open_point_encoder(choice: str, seed: int) -> EncoderSource:
     return source
 
 
-def _read_encoder(path: Path) -> EncoderSource:
-    checkpoint = read_checkpoint(path)
+def _read_encoder(name_or_file: str) -> EncoderSource:
+    checkpoint = open_checkpoint(name_or_file)
     encoder = getattr(checkpoint.module, "encoder", None)
     if not isinstance(encoder, DaplEncoder):
-        raise InvalidFileError(path, f"holds a {checkpoint.header.architecture} without a point encoder")
+        raise InvalidFileError(name_or_file, f"holds a {checkpoint.header.architecture} without a point encoder")
     return EncoderSource(config=encoder.config, module=encoder, history=checkpoint.header.history)

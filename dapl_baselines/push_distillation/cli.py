@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from dapl_baselines.checkpoint import read_checkpoint
+from dapl_baselines.bundled import open_checkpoint
 from dapl_baselines.policy.encoder_source import open_point_encoder
 from dapl_baselines.preset_choices import find_preset, with_choices
 from dapl_baselines.push_distillation.iteration_report import StudentReport
@@ -17,9 +17,10 @@ from dapl_baselines.validation_run import Observer
 
 
 def distill_pushes(
-    teacher: Annotated[Path, typer.Option(help="The teacher's .pt, of dapl train teacher.")],
+    teacher: Annotated[str, typer.Option(help="The .pt of dapl train teacher; or push-teacher, which comes along.")],
     encoder: Annotated[
-        str, typer.Option(help="The .pt of a world model or policy, whose frozen encoder it is; dapl: random weights.")
+        str,
+        typer.Option(help="The .pt of a world model, whose frozen encoder it is; or world-model, which comes along."),
     ],
     preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
     split: Annotated[
@@ -37,7 +38,7 @@ def distill_pushes(
 ) -> None:
     """Distil a teacher that chooses among pushes into one that sees points alone, through DAPL's encoder."""
     settings = with_choices(find_preset(PRESETS, preset), iterations=iterations, seed=seed)
-    scenes, checkpoint = open_training_scenes(split), read_checkpoint(teacher)
+    scenes, checkpoint = open_training_scenes(split), open_checkpoint(teacher)
     source = open_point_encoder(encoder, seed)
 
     def make(observe: Observer) -> PushDistillation:

@@ -7,19 +7,20 @@ import typer
 from rich.console import Console
 
 from clutter6d.errors import InvalidFileError
-from dapl_baselines.checkpoint import read_checkpoint, write_checkpoint
+from dapl_baselines.bundled import open_checkpoint
+from dapl_baselines.checkpoint import write_checkpoint
 from dapl_baselines.push_policy.critic import PushCritic
 
 
 def look_ahead(
-    policy: Annotated[Path, typer.Option(help="A teacher's .pt, of dapl train teacher.")],
+    policy: Annotated[str, typer.Option(help="The .pt of dapl train teacher; or push-teacher, which comes along.")],
     out: Annotated[Path, typer.Option(help="Where the teacher that looks ahead is written.")],
     pushes: Annotated[
         int, typer.Option(min=0, max=256, help="Pushes that are tried at each decision; 0: the critic alone decides.")
     ] = 16,
 ) -> None:
     """Make a teacher that tries its best pushes in copies of the simulation before it carries one out."""
-    checkpoint = read_checkpoint(policy)
+    checkpoint = open_checkpoint(policy)
     critic, header = checkpoint.module, checkpoint.header
     if not isinstance(critic, PushCritic):
         raise InvalidFileError(policy, f"holds a {header.architecture}; give a teacher of dapl train teacher")

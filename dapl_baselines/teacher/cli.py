@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from dapl_baselines.checkpoint import read_checkpoint
+from dapl_baselines.bundled import open_checkpoint
 from dapl_baselines.preset_choices import find_preset, with_choices
 from dapl_baselines.teacher.iteration_report import TeacherReport
 from dapl_baselines.teacher.settings import PRESETS
@@ -21,7 +21,8 @@ def train_teacher(
         str, typer.Option(help="A frozen training split or a folder of scenes; one scene of 16 is held out.")
     ] = "sparse-train",
     start: Annotated[
-        Path | None, typer.Option(help="A teacher's .pt to begin with, of dapl train teacher; default random weights.")
+        str | None,
+        typer.Option(help="The .pt of a teacher to begin with, or push-teacher, which comes along; default: none."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder; a training that was left goes on.")] = Path("trainings/teacher"),
     iterations: Annotated[int | None, typer.Option(min=1, help="Iterations in all; default the preset's.")] = None,
@@ -39,7 +40,7 @@ def train_teacher(
     settings = with_choices(
         find_preset(PRESETS, preset), iterations=iterations, falling_updates=falling_updates, seed=seed
     )
-    scenes, begun_with = open_training_scenes(split), None if start is None else read_checkpoint(start)
+    scenes, begun_with = open_training_scenes(split), None if start is None else open_checkpoint(start)
 
     def make(observe: Observer) -> TeacherTraining:
         return TeacherTraining(scenes, settings, out, start=begun_with, threads=threads, observe=observe)

@@ -56,7 +56,7 @@ class TeacherSettings(PushTrainingSettings):
     updates: int = Field(default=16, ge=1, le=100_000)
     batch: Count = 256
     iterations: AtLeastOne = 2_500
-    warm_up: AtLeastOne = 4_000
+    warm_up: AtLeastOne = 20_000
     kept: int = Field(default=1_000_000, ge=1_000, le=16_000_000)
     target_rate: Rate = 0.01
     final_learning_rate: Rate = 1e-4

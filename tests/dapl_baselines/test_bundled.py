@@ -1,9 +1,10 @@
 import pytest
 
-from clutter6d.errors import UnknownNameError
+from clutter6d.errors import MissingFileError, UnknownNameError
 from clutter6d.eval.policy_loading import load_policy
-from dapl_baselines.bundled import BUNDLED, FOLDER, find_bundled
+from dapl_baselines.bundled import BUNDLED, FOLDER, find_bundled, open_checkpoint
 from dapl_baselines.checkpoint import read_checkpoint
+from dapl_baselines.policy.encoder_source import open_point_encoder
 from dapl_baselines.validation import open_training_scenes
 
 POLICIES = [name for name in BUNDLED if name != "world-model"]
@@ -38,3 +39,16 @@ def test_bundled_policies_were_trained_without_the_scenes_that_are_held_out(name
 def test_another_name_is_refused_with_those_there_are():
     with pytest.raises(UnknownNameError, match="push-teacher"):
         find_bundled("nothing")
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_a_checkpoint_is_opened_by_name_or_by_file(name):
+    assert open_checkpoint(name).header == open_checkpoint(str(find_bundled(name))).header
+    with pytest.raises(MissingFileError):
+        open_checkpoint(f"{name}s")
+
+
+def test_a_name_stands_for_the_encoder_of_a_world_model():
+    named, read = (open_point_encoder(choice, 0) for choice in ("world-model", str(find_bundled("world-model"))))
+    assert named.sha256 == read.sha256
+    assert named.history == read.history
