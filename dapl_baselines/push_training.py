@@ -18,7 +18,7 @@ import torch
 from clutter6d.assets.asset import Asset
 from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
 from dapl_baselines.curves import Curves
-from dapl_baselines.look import POLICY_FILE, look_at
+from dapl_baselines.look import Lookout
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.student import PushStudent
 from dapl_baselines.push_policy.training_settings import PushTrainingSettings
@@ -60,7 +60,9 @@ class PushTraining(ABC, Generic[Report]):
         self, scenes: TrainingScenes, settings: PushTrainingSettings, out: Path, *, threads: int, observe: Observer
     ) -> None:
         self._scenes, self.settings, self._out = scenes, settings, out
-        self._threads, self._observe = threads, observe
+        self._lookout = Lookout(
+            folder=out, scenes=scenes.validation, max_steps=settings.max_steps, threads=threads, observe=observe
+        )
         self._history: tuple[TrainingRecord, ...] = ()
         self.standing = Standing()
 
@@ -105,15 +107,7 @@ class PushTraining(ABC, Generic[Report]):
 
     def _look(self) -> ValidationResult:
         """Write the policy, and see how it does as it was written."""
-        self._write_policy(self._out / POLICY_FILE)
-        result, self.standing = look_at(
-            self._out,
-            self._scenes.validation,
-            self.standing,
-            max_steps=self.settings.max_steps,
-            threads=self._threads,
-            observe=self._observe,
-        )
+        result, self.standing = self._lookout.look(self._write_policy, self.standing)
         return result
 
     def _write_policy(self, path: Path) -> None:

@@ -32,7 +32,7 @@ from dapl_baselines.distillation.student import Student
 from dapl_baselines.distillation.student_env import StudentEnv
 from dapl_baselines.distillation.teacher import Teacher
 from dapl_baselines.distillation.training_state import read_state, write_state
-from dapl_baselines.look import POLICY_FILE, look_at
+from dapl_baselines.look import Lookout
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.training import ARCHITECTURE
 from dapl_baselines.replay import Replay
@@ -104,7 +104,10 @@ class Distillation:
         network = settings.network.model_copy(update={"encoder": encoder.config})
         self.settings = settings.model_copy(update={"network": network})
         self._scenes, self._out, self._source, self._teacher = scenes, out, encoder, teacher
-        self._threads, self._observe = threads, observe
+        self._threads = threads
+        self._lookout = Lookout(
+            folder=out, scenes=scenes.validation, max_steps=settings.max_steps, threads=threads, observe=observe
+        )
         labels = Teacher(
             teacher, student_latent_size=network.fusion_sizes[-1], learns_latents=settings.latent_weight > 0
         )
@@ -157,15 +160,7 @@ class Distillation:
 
     def _look(self) -> ValidationResult:
         """Write the student, and see how it does as it was written, on what is there to be seen without errors."""
-        self._write_student(self._out / POLICY_FILE)
-        result, self.standing = look_at(
-            self._out,
-            self._scenes.validation,
-            self.standing,
-            max_steps=self.settings.max_steps,
-            threads=self._threads,
-            observe=self._observe,
-        )
+        result, self.standing = self._lookout.look(self._write_student, self.standing)
         return result
 
     def _write_student(self, path: Path) -> None:

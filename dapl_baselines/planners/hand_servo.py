@@ -42,7 +42,7 @@ def joint_steps(
     speed_m: Float64[np.ndarray, "n"],
     idle_steps: Float64[np.ndarray, "n 7"] | None = None,
 ) -> Float64[np.ndarray, "n 7"]:
-    """Movements of the joints [rad] that take the hand towards a target; arguments as of :func:`servo_residuals`.
+    """Movements of the joints [rad] that take the hand towards a target.
 
     Args:
         hand: Kinematics of the hands.

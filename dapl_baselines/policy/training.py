@@ -17,7 +17,7 @@ from typing import Final, cast
 
 from dapl_baselines.checkpoint import write_checkpoint
 from dapl_baselines.curves import Curves
-from dapl_baselines.look import POLICY_FILE, look_at
+from dapl_baselines.look import Lookout
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.iteration_report import IterationReport
 from dapl_baselines.policy.policy_start import PolicyStart, history_before
@@ -80,7 +80,9 @@ class PolicyTraining:
         network = network if start is None else start.fitted(network)
         self.settings = settings.model_copy(update={"network": network})
         self._scenes, self._out, self._source, self._start = scenes, out, encoder, start
-        self._threads, self._observe = threads, observe
+        self._lookout = Lookout(
+            folder=out, scenes=scenes.validation, max_steps=settings.max_steps, threads=threads, observe=observe
+        )
         self._save_seconds, self._saved_at = save_seconds, time.monotonic()
         self._rank = Rank.of_environment(device)
         if self._rank.is_main:
@@ -147,15 +149,7 @@ class PolicyTraining:
 
     def _look(self) -> ValidationResult:
         """Write the policy, and see how it does as it was written."""
-        self._write_policy(self._out / POLICY_FILE)
-        result, self.standing = look_at(
-            self._out,
-            self._scenes.validation,
-            self.standing,
-            max_steps=self.settings.max_steps,
-            threads=self._threads,
-            observe=self._observe,
-        )
+        result, self.standing = self._lookout.look(self._write_policy, self.standing)
         return result
 
     def _write_policy(self, path: Path) -> None:
