@@ -59,7 +59,7 @@ def seconds(rows: int, type_name: str, threads: int, rounds: int) -> dict[str, f
     encoder = DaplEncoder(config).eval()
     calls = {
         "products": bare_products(config, rows, dtype),
-        "encoder": lambda: encoder(clouds),
+        "encoder": lambda: encoder.encode(clouds),
         "tokens": lambda: encoder.tokenizer(clouds, cut_into_patches(clouds[..., :3])),
     }
     with torch.inference_mode(), torch.autocast("cpu", dtype=torch.bfloat16, enabled=dtype == torch.bfloat16):

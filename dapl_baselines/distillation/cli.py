@@ -23,7 +23,10 @@ def distill(
         str, typer.Option(help="Any policy: a name, such as planner; package.module:factory; or a .pt checkpoint.")
     ],
     encoder: Annotated[
-        str, typer.Option(help="The .pt of a world model or policy, whose encoder it is; or dapl, with random weights.")
+        str,
+        typer.Option(
+            help="The .pt whose encoder it is; world-model, which comes along; or dapl or corn, with random weights."
+        ),
     ],
     preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
     split: Annotated[

@@ -47,7 +47,7 @@ class Dagger:
 
     def _step(self, teacher_acts: Bool[Tensor, "env"]) -> None:
         view, labels = self.env.student_view(), self.teacher.label(self.env.teacher_input())
-        self.replay.add(make_rows(view, self.student.to_stored(view.cloud), labels, self.settings))
+        self.replay.add(make_rows(view, self.student.to_stored(view.state, view.cloud), labels, self.settings))
         # What the student remembers is in the replay, so that it need not be kept when a training is stopped.
         own = self.student.act(self._windows(np.arange(self.replay.count - self.settings.envs, self.replay.count)))
         self.student.update_statistics(view.state)

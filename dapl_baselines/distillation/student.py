@@ -10,6 +10,7 @@ from torch import Tensor, nn
 from torch.nn.functional import mse_loss, smooth_l1_loss
 
 from dapl_baselines.distillation.settings import DistillationSettings
+from dapl_baselines.encoders.point_encoder import PointEncoder
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.frozen_encoder import STORED, FrozenEncoder
 from dapl_baselines.policy.network import PolicyNetwork
@@ -51,7 +52,7 @@ class Student:
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(settings.seed)
             self.network = PolicyNetwork(settings.network)
-        encoder = cast(nn.Module, self.network.encoder)
+        encoder = cast(PointEncoder, self.network.encoder)
         encoder.load_state_dict(source.module.state_dict())
         self._frozen = None
         if not settings.trains_encoder:
@@ -64,9 +65,13 @@ class Student:
         ]
         self._optimiser = torch.optim.Adam(self._learned, lr=settings.learning_rate)
 
-    def to_stored(self, cloud: Float32[Tensor, "row 1280 7"]) -> Float16[Tensor, "row ..."]:
+    def to_stored(
+        self, state: Float32[Tensor, "row state"], cloud: Float32[Tensor, "row 1280 7"]
+    ) -> Float16[Tensor, "row ..."]:
         """What is kept of clouds to learn from: tokens; the clouds themselves if the encoder learns."""
-        return cloud.to(STORED) if self._frozen is None else self._frozen(cloud)
+        if self._frozen is None:
+            return cloud.to(STORED)
+        return self._frozen(cloud, state[:, self.network.config.columns_of("hand_state")])
 
     def fuse(self, seen: Mapping[str, Tensor]) -> Float[Tensor, "row fused"]:
         """The representation ``g``.

@@ -137,7 +137,7 @@ class Distillation:
         if not self._source.history:
             self._source.module.train().update_statistics(view.cloud)
         student = Student(settings, self._source)
-        like = make_rows(view, student.to_stored(view.cloud), teacher.blank(settings.envs), settings)
+        like = make_rows(view, student.to_stored(view.state, view.cloud), teacher.blank(settings.envs), settings)
         replay = Replay(self._out / REPLAY_FOLDER, like, settings.stored_rows)
         return Dagger(settings=settings, env=env, teacher=teacher, student=student, replay=replay)
 

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from torch import Tensor, nn
 
 from clutter6d.schema import FileModel
+from dapl_baselines.encoders.point_encoder import PointEncoder
 from dapl_baselines.encoders.transformer import SelfAttentionBlock
 from dapl_baselines.on_cpu import in_parts
 from dapl_baselines.patches import PATCHES, Patches, cut_into_patches
@@ -62,7 +63,7 @@ class EncodedCloud:
     patches: Patches
 
 
-class DaplEncoder(nn.Module):
+class DaplEncoder(PointEncoder):
     """Patch tokens through a transformer.
 
     The running statistics that bring the input to scale are part of the encoder. They change only when
@@ -88,17 +89,16 @@ class DaplEncoder(nn.Module):
         """Size of a token."""
         return self.config.token_size
 
-    def forward(self, cloud: Float[Tensor, "row 1280 7"]) -> Float[Tensor, "row 40 token"]:
-        """The tokens of clouds.
-
-        Args:
-            cloud: 512 points of the target, 512 of the environment, 256 of the end-effector, with ``x y z`` [m], share
-                of the mass [kg] and velocity [m/s], world frame.
-        """
+    def forward(
+        self,
+        cloud: Float[Tensor, "row 1280 7"],
+        hand: Float[Tensor, "row 9"],  # noqa: ARG002  told by its points
+    ) -> Float[Tensor, "row 40 token"]:
+        """As :meth:`PointEncoder.forward`: the tokens of target, environment and end-effector."""
         return self.encode(cloud).tokens
 
     def encode(self, cloud: Float[Tensor, "row 1280 7"]) -> EncodedCloud:
-        """As :meth:`forward`, with the patches."""
+        """The tokens of clouds, and their patches."""
         patches = cut_into_patches(cloud[..., :3])
         tokens = in_parts(lambda part: self.norm(self.blocks(part)), self.tokenizer(cloud, patches), ROWS_AT_ONCE)
         return EncodedCloud(tokens=tokens, patches=patches)

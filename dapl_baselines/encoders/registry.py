@@ -1,35 +1,18 @@
-"""Encoders by name: clouds to tokens, all with one interface."""
+"""Encoders by name: clouds and hand poses to tokens, all with one interface."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Protocol, runtime_checkable
+from typing import Annotated, Any, Final
 
-from jaxtyping import Float
-from torch import Tensor, nn
+from pydantic import Field
 
 from clutter6d.errors import UnknownNameError
-from clutter6d.schema import FileModel
+from dapl_baselines.encoders.corn import CornEncoder, CornEncoderConfig
 from dapl_baselines.encoders.dapl import DaplEncoder, DaplEncoderConfig
+from dapl_baselines.encoders.point_encoder import PointEncoder
 
-
-@runtime_checkable
-class Encoder(Protocol):
-    """What a policy needs to know of an encoder, which is also an ``nn.Module``.
-
-    Attributes:
-        token_count: Tokens of a cloud.
-        token_size: Size of a token.
-    """
-
-    @property
-    def token_count(self) -> int: ...  # noqa: D102  described by the class
-
-    @property
-    def token_size(self) -> int: ...  # noqa: D102
-
-    def __call__(self, cloud: Float[Tensor, "row 1280 7"]) -> Float[Tensor, "row token size"]:
-        """The tokens of clouds."""
-        ...
+EncoderConfig = Annotated[DaplEncoderConfig | CornEncoderConfig, Field(discriminator="name")]
+"""The configuration of any encoder, which says by its name of which."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -41,11 +24,14 @@ class EncoderKind:
         build: Configuration to module.
     """
 
-    config: type[FileModel]
-    build: Callable[[Any], nn.Module]
+    config: type[DaplEncoderConfig] | type[CornEncoderConfig]
+    build: Callable[[Any], PointEncoder]
 
 
-ENCODERS: Final[Mapping[str, EncoderKind]] = {"dapl": EncoderKind(config=DaplEncoderConfig, build=DaplEncoder)}
+ENCODERS: Final[Mapping[str, EncoderKind]] = {
+    "dapl": EncoderKind(config=DaplEncoderConfig, build=DaplEncoder),
+    "corn": EncoderKind(config=CornEncoderConfig, build=CornEncoder),
+}
 
 
 def find_encoder(name: str) -> EncoderKind:
@@ -57,3 +43,8 @@ def find_encoder(name: str) -> EncoderKind:
     if name not in ENCODERS:
         raise UnknownNameError("encoder", name, ENCODERS)
     return ENCODERS[name]
+
+
+def make_encoder(config: EncoderConfig) -> PointEncoder:
+    """The encoder of a configuration, with random weights."""
+    return find_encoder(config.name).build(config)

@@ -23,7 +23,7 @@ def train_policy(
     encoder: Annotated[
         str,
         typer.Option(
-            help="none; dapl, with random weights; or the .pt of a world model or policy, whose encoder it is."
+            help="none; dapl or corn, random weights; world-model, which comes along; or the .pt whose encoder it is."
         ),
     ] = "none",
     start: Annotated[

@@ -5,7 +5,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, model_validator
 
 from clutter6d.schema import FileModel
-from dapl_baselines.encoders.dapl import DaplEncoderConfig
+from dapl_baselines.encoders.registry import EncoderConfig
 
 StatePart = Literal[
     "hand_state", "joint_state", "relative_goal", "physics_parameters", "previous_action", "object_states"
@@ -43,7 +43,8 @@ class PolicyNetworkConfig(FileModel):
 
     Attributes:
         schema_version: Of these fields.
-        encoder: The point encoder's configuration, which has its name; ``None``: state only.
+        encoder: The point encoder's configuration, which has its name; it is told of ``hand_state``, which must be one
+            of the parts. ``None``: state only.
         state_parts: What the environment state consists of, in this order.
         objects: Objects in ``object_states``, the target first; 0 without that part.
         query_tokens: Queries that the state is projected to; CORN has 16, the paper 1.
@@ -57,7 +58,7 @@ class PolicyNetworkConfig(FileModel):
     """
 
     schema_version: Literal[1] = 1
-    encoder: DaplEncoderConfig | None = None
+    encoder: EncoderConfig | None = None
     state_parts: tuple[StatePart, ...] = Field(default=PAPER_STATE, min_length=1)
     objects: int = Field(default=0, ge=0, le=64)
     query_tokens: int = Field(default=1, ge=1, le=64)
@@ -74,14 +75,25 @@ class PolicyNetworkConfig(FileModel):
             raise ValueError("state_parts: a part is named twice")
         if ("object_states" in self.state_parts) != (self.objects > 0):
             raise ValueError("objects: give the number of objects exactly if state_parts has object_states")
+        if self.encoder is not None and "hand_state" not in self.state_parts:
+            raise ValueError("state_parts: with an encoder, hand_state is one of them")
         if self.history > 1 and self.fusion_sizes[-1] % HISTORY_HEADS:
             raise ValueError(f"fusion_sizes: with a history, the last is a multiple of {HISTORY_HEADS}")
         return self
 
+    def columns_of(self, part: StatePart) -> slice:
+        """Where a part is in the environment state."""
+        before = self.state_parts[: self.state_parts.index(part)]
+        start = sum(self._size_of(each) for each in before)
+        return slice(start, start + self._size_of(part))
+
     @property
     def state_size(self) -> int:
         """Numbers in the environment state."""
-        return sum(STATE_SIZES[part] * (self.objects if part == "object_states" else 1) for part in self.state_parts)
+        return sum(self._size_of(part) for part in self.state_parts)
+
+    def _size_of(self, part: StatePart) -> int:
+        return STATE_SIZES[part] * (self.objects if part == "object_states" else 1)
 
     @property
     def is_privileged(self) -> bool:

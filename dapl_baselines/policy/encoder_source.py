@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, cast
 
 import torch
 
 from clutter6d.errors import InvalidFileError, InvalidValueError, UnknownNameError
 from dapl_baselines.bundled import BUNDLED, open_checkpoint
 from dapl_baselines.checkpoint import TrainingRecord, weights_sha256
-from dapl_baselines.encoders.dapl import DaplEncoder, DaplEncoderConfig
-from dapl_baselines.encoders.registry import ENCODERS
+from dapl_baselines.encoders.point_encoder import PointEncoder
+from dapl_baselines.encoders.registry import ENCODERS, EncoderConfig, make_encoder
 
 NO_ENCODER: Final = "none"
 
@@ -25,8 +25,8 @@ class EncoderSource:
         history: How these came about; empty for random ones.
     """
 
-    config: DaplEncoderConfig
-    module: DaplEncoder
+    config: EncoderConfig
+    module: PointEncoder
     history: tuple[TrainingRecord, ...] = ()
 
     @property
@@ -56,8 +56,8 @@ def open_encoder(choice: str, seed: int) -> EncoderSource | None:
         raise UnknownNameError("encoder", choice, [NO_ENCODER, *ENCODERS, *BUNDLED, "checkpoint.pt"])
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        module = DaplEncoder(DaplEncoderConfig())
-        return EncoderSource(config=module.config, module=module)
+        config = ENCODERS[choice].config()
+        return EncoderSource(config=config, module=make_encoder(config))
 
 
 def open_point_encoder(choice: str, seed: int) -> EncoderSource:
@@ -68,13 +68,15 @@ def open_point_encoder(choice: str, seed: int) -> EncoderSource:
     """
     source = open_encoder(choice, seed)
     if source is None:
-        raise InvalidValueError("a student sees points; give --encoder dapl or the .pt of a world model or policy")
+        raise InvalidValueError(
+            "a student sees points; give --encoder dapl, corn or the .pt of a world model or policy"
+        )
     return source
 
 
 def _read_encoder(name_or_file: str) -> EncoderSource:
     checkpoint = open_checkpoint(name_or_file)
     encoder = getattr(checkpoint.module, "encoder", None)
-    if not isinstance(encoder, DaplEncoder):
+    if not isinstance(encoder, PointEncoder):
         raise InvalidFileError(name_or_file, f"holds a {checkpoint.header.architecture} without a point encoder")
-    return EncoderSource(config=encoder.config, module=encoder, history=checkpoint.header.history)
+    return EncoderSource(config=cast(EncoderConfig, encoder.config), module=encoder, history=checkpoint.header.history)

@@ -8,7 +8,7 @@ is fused is remembered as a frame, and ``g`` is made of the last frames.
 from collections.abc import Sequence
 from itertools import pairwise
 from math import log
-from typing import Final, cast
+from typing import Final
 
 import torch
 from jaxtyping import Float
@@ -17,7 +17,7 @@ from torch.nn.functional import scaled_dot_product_attention
 
 from clutter6d.envs.action import ACTION_SIZE
 from clutter6d.errors import InvalidValueError
-from dapl_baselines.encoders.registry import Encoder, find_encoder
+from dapl_baselines.encoders.registry import make_encoder
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.frame_attention import FrameAttention, features_of, make_frames
 from dapl_baselines.running_statistics import RunningStatistics
@@ -112,8 +112,8 @@ class PolicyNetwork(nn.Module):
     def __init__(self, config: PolicyNetworkConfig) -> None:
         super().__init__()
         self.config = config
-        self.encoder = None if config.encoder is None else find_encoder(config.encoder.name).build(config.encoder)
-        self.trunk = Trunk(config, None if self.encoder is None else cast(Encoder, self.encoder).token_size)
+        self.encoder = None if config.encoder is None else make_encoder(config.encoder)
+        self.trunk = Trunk(config, None if self.encoder is None else self.encoder.token_size)
         self.actor = make_head(config, ACTION_SIZE)
         self.critic = make_head(config, 1)
         self.log_std = make_log_std(config)
@@ -143,7 +143,9 @@ class PolicyNetwork(nn.Module):
         self, state: Float[Tensor, "row state"], cloud: Float[Tensor, "row 1280 7"] | None = None
     ) -> Float[Tensor, "row frame"]:
         """The frame of an observation, which is all that is remembered of it; arguments as of :meth:`forward`."""
-        return self.see_tokens(state, None if self.encoder is None or cloud is None else self.encoder(cloud))
+        if self.encoder is None or cloud is None:
+            return self.see_tokens(state)
+        return self.see_tokens(state, self.encoder(cloud, state[:, self.config.columns_of("hand_state")]))
 
     def see_tokens(
         self, state: Float[Tensor, "row state"], tokens: Float[Tensor, "row token size"] | None = None

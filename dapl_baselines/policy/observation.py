@@ -27,6 +27,11 @@ def cloud(observation: Mapping[str, Any]) -> Float32[Tensor, "row 1280 7"]:
     return torch.cat([torch.as_tensor(observation[part]) for part in CLOUD_PARTS], dim=1)
 
 
+def hand_state(observation: Mapping[str, Any]) -> Float32[Tensor, "row 9"]:
+    """Where the hand is, for an encoder that is told."""
+    return torch.as_tensor(observation["hand_state"])
+
+
 def object_states(
     states: Float64[np.ndarray, "row state"], scenes: Sequence[SceneModel]
 ) -> Float32[np.ndarray, "row object 15"]:

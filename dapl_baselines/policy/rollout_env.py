@@ -18,7 +18,7 @@ from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.encoder_source import EncoderSource
 from dapl_baselines.policy.episode_tally import EpisodeTally
 from dapl_baselines.policy.frozen_encoder import FrozenEncoder
-from dapl_baselines.policy.observation import cloud, state_vector
+from dapl_baselines.policy.observation import cloud, hand_state, state_vector
 from dapl_baselines.policy.ppo import STATE_KEY, TOKENS_KEY
 from dapl_baselines.policy.settings import TrainingSettings
 
@@ -97,7 +97,7 @@ class RolloutEnv(VecEnv):
     def _encode(self, observation: Mapping[str, Any]) -> TensorDict:
         seen = {STATE_KEY: state_vector(observation, self._network.state_parts)}
         if self._encoder is not None:
-            seen[TOKENS_KEY] = self._encoder(cloud(observation))
+            seen[TOKENS_KEY] = self._encoder(cloud(observation), hand_state(observation))
         return TensorDict(seen, batch_size=[self.num_envs], device=self.device)
 
     def _tensor(self, value: np.ndarray | Tensor) -> Tensor:

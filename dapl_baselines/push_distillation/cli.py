@@ -20,7 +20,9 @@ def distill_pushes(
     teacher: Annotated[str, typer.Option(help="The .pt of dapl train teacher; or push-teacher, which comes along.")],
     encoder: Annotated[
         str,
-        typer.Option(help="The .pt of a world model, whose frozen encoder it is; or world-model, which comes along."),
+        typer.Option(
+            help="The .pt whose frozen encoder it is; world-model, which comes along; or dapl or corn, random weights."
+        ),
     ],
     preset: Annotated[str, typer.Option(help=f"{' or '.join(PRESETS)}.")] = "laptop",
     split: Annotated[
@@ -36,7 +38,7 @@ def distill_pushes(
         float | None, typer.Option(min=0, help="Stop after so long; the same command goes on.")
     ] = None,
 ) -> None:
-    """Distil a teacher that chooses among pushes into one that sees points alone, through DAPL's encoder."""
+    """Distil a teacher that chooses among pushes into one that sees points alone, through a frozen encoder."""
     settings = with_choices(find_preset(PRESETS, preset), iterations=iterations, seed=seed)
     scenes, checkpoint = open_training_scenes(split), open_checkpoint(teacher)
     source = open_point_encoder(encoder, seed)

@@ -34,7 +34,7 @@ class Lessons:
     goals: Float[Tensor, "row 7"]
     surface: Float[Tensor, "row 48 3"]
     pushes: Float[Tensor, "row push column"]
-    tokens: Float[Tensor, "row 40 token"]
+    tokens: Float[Tensor, "row token size"]
     gain: Float[Tensor, "row push"]
     future: Float[Tensor, "row push"]
 

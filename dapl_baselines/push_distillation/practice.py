@@ -9,7 +9,7 @@ from torch import Tensor
 
 from clutter6d.envs.slots import Slots
 from clutter6d.seeding import generator
-from dapl_baselines.policy.observation import cloud
+from dapl_baselines.policy.observation import cloud, hand_state
 from dapl_baselines.push_distillation.lessons import Lessons, ask_teacher
 from dapl_baselines.push_distillation.settings import PushDistillationSettings
 from dapl_baselines.push_policy.candidates import draw_candidates
@@ -107,6 +107,5 @@ class StudentPractice:
             qpos=known.qpos[slots],
             qvel=known.qvel[slots],
         )
-        return Lessons.of(
-            seen, drawn, student.encode(cloud(observation)), ask_teacher(self._teacher, there, seen, drawn)
-        )
+        tokens = student.encode(cloud(observation), hand_state(observation))
+        return Lessons.of(seen, drawn, tokens, ask_teacher(self._teacher, there, seen, drawn))

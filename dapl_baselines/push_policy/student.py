@@ -1,4 +1,4 @@
-"""A critic of pushes that sees points alone: the teacher's network on what points tell, beside DAPL's tokens."""
+"""A critic of pushes that sees points alone: the teacher's network on what points tell, beside an encoder's tokens."""
 
 from typing import Literal
 
@@ -8,7 +8,8 @@ from pydantic import Field, model_validator
 from torch import Tensor, nn
 
 from clutter6d.schema import FileModel
-from dapl_baselines.encoders.dapl import DaplEncoder, DaplEncoderConfig
+from dapl_baselines.encoders.dapl import DaplEncoderConfig
+from dapl_baselines.encoders.registry import EncoderConfig, make_encoder
 from dapl_baselines.encoders.transformer import CrossAttention
 from dapl_baselines.push_policy.critic import Judgement, PushCritic, PushCriticConfig
 from dapl_baselines.push_policy.push_frame import PushView, feature_count
@@ -26,7 +27,7 @@ class PushStudentConfig(FileModel):
 
     schema_version: Literal[1] = 1
     critic: PushCriticConfig = PushCriticConfig(obstacles=0)
-    encoder: DaplEncoderConfig = Field(default_factory=DaplEncoderConfig)
+    encoder: EncoderConfig = Field(default_factory=DaplEncoderConfig)
     attention_heads: int = Field(default=4, ge=1, le=64)
 
     @model_validator(mode="after")
@@ -48,19 +49,21 @@ class PushStudent(nn.Module):
     def __init__(self, config: PushStudentConfig) -> None:
         super().__init__()
         self.config = config
-        self.encoder = DaplEncoder(config.encoder).requires_grad_(False)
+        self.encoder = make_encoder(config.encoder).requires_grad_(False)
         size = config.encoder.token_size
         self.query = nn.Linear(feature_count(0), size)
         self.token_norm = nn.LayerNorm(size)
         self.attention = CrossAttention(size, config.attention_heads)
         self.critic = PushCritic(config.critic, context_size=size)
 
-    def encode(self, cloud: Float[Tensor, "row 1280 7"]) -> Float[Tensor, "row 40 token"]:
-        """The tokens of clouds, without gradients."""
+    def encode(
+        self, cloud: Float[Tensor, "row 1280 7"], hand: Float[Tensor, "row 9"]
+    ) -> Float[Tensor, "row token size"]:
+        """The tokens of what is observed, without gradients."""
         with torch.no_grad():
-            return self.encoder(cloud)
+            return self.encoder(cloud, hand)
 
-    def forward(self, view: PushView, tokens: Float[Tensor, "row 40 token"]) -> Judgement:
+    def forward(self, view: PushView, tokens: Float[Tensor, "row token size"]) -> Judgement:
         """What it expects of each push."""
         answer = self.attention(self.query(view.features), self.token_norm(tokens))
         return self.critic(view, torch.relu(answer))

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from clutter6d.envs.observation import Observation
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import PolicyInput
-from dapl_baselines.policy.observation import cloud
+from dapl_baselines.policy.observation import cloud, hand_state
 from dapl_baselines.push_policy.choice import judge
 from dapl_baselines.push_policy.policy import PushingPolicy
 from dapl_baselines.push_policy.seen import Seen, see_points
@@ -25,13 +25,17 @@ class PushStudentPolicy(PushingPolicy):
         policy_hash: Hash of architecture, configuration and weights.
     """
 
-    name = "dapl-pushes"
     is_privileged = False
     needs_observation = True
 
     def __init__(self, student: PushStudent, policy_hash: str) -> None:
         super().__init__(student.config.critic, policy_hash)
         self._student = student.eval()
+
+    @property
+    def name(self) -> str:
+        """The encoder's name says which it is."""
+        return f"{self._student.config.encoder.name}-pushes"
 
     def _see(self, inputs: PolicyInput, row: int) -> Seen:
         return see_points(row_of(inputs, row), has_normals=False)
@@ -43,7 +47,7 @@ class PushStudentPolicy(PushingPolicy):
         seen = see_points(observation)
         drawn = self._draw(seen, make_rng())
         with torch.inference_mode():
-            tokens = self._student.encode(cloud(observation))
+            tokens = self._student.encode(cloud(observation), hand_state(observation))
         values = judge(lambda view: self._student(view, tokens), seen.state, seen.goals, seen.shapes.surface, drawn)
         return drawn[:, int(values[0].argmax())]
 

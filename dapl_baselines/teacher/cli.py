@@ -30,6 +30,12 @@ def train_teacher(
         int | None,
         typer.Option(min=1, help="Steps in which the learning rate falls; default the preset's. May be changed later."),
     ] = None,
+    learning_rate: Annotated[
+        float | None,
+        typer.Option(
+            min=0, max=1, help="The optimiser's, at first; default the preset's. With --start, a smaller one."
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything drawn.")] = 0,
     threads: Annotated[int, typer.Option(min=0, help="Threads of the simulation; 0 for all cores.")] = 0,
     max_minutes: Annotated[
@@ -38,7 +44,11 @@ def train_teacher(
 ) -> None:
     """Train a teacher that knows the true state and chooses among pushes; a training that was stopped goes on."""
     settings = with_choices(
-        find_preset(PRESETS, preset), iterations=iterations, falling_updates=falling_updates, seed=seed
+        find_preset(PRESETS, preset),
+        iterations=iterations,
+        falling_updates=falling_updates,
+        learning_rate=learning_rate,
+        seed=seed,
     )
     scenes, begun_with = open_training_scenes(split), None if start is None else open_checkpoint(start)
 

@@ -25,6 +25,15 @@ def make_clouds(rows: int, seed: int = 0) -> Tensor:
     return torch.from_numpy(np.concatenate(parts, axis=1).astype(np.float32))
 
 
+def make_hands(rows: int, seed: int = 0) -> Tensor:
+    """Hand states: above the table, any way round."""
+    rng = generator(seed, "hands")
+    columns = np.linalg.qr(rng.normal(size=(rows, 3, 3)))[0][:, :, :2]
+    positions = rng.uniform([-0.3, -0.3, 0.05], [0.3, 0.3, 0.4], size=(rows, 3))
+    rotation = np.swapaxes(columns, 1, 2).reshape(rows, 6)
+    return torch.from_numpy(np.concatenate([positions, rotation], axis=1).astype(np.float32))
+
+
 def make_step(rows: int, seed: int = 0) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     """Clouds, flows, and where and how the points move one step later."""
     cloud = make_clouds(rows, seed)

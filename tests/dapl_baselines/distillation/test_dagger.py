@@ -11,7 +11,7 @@ from tests.dapl_baselines.distillation.small_distillation import SETTINGS, make_
 
 
 def act_in_training(dagger: Dagger, view: StudentView) -> torch.Tensor:
-    stored = dagger.student.to_stored(view.cloud)
+    stored = dagger.student.to_stored(view.state, view.cloud)
     dagger.replay.add(make_rows(view, stored, dagger.teacher.blank(SETTINGS.envs), dagger.settings))
     count = dagger.replay.count
     return dagger.student.act(dagger._windows(np.arange(count - SETTINGS.envs, count)))

@@ -2,13 +2,16 @@
 
 import torch
 
+from dapl_baselines.encoders.corn import CornEncoderConfig
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import PolicyNetwork
 
 SMALL_ENCODER = DaplEncoderConfig(patch_hidden_sizes=(8, 16), token_size=16, blocks=1, heads=2)
+SMALL_CORN = CornEncoderConfig(patch_hidden_size=16, token_size=16, heads=2)
 STATE_ONLY = PolicyNetworkConfig(fusion_sizes=(32, 16), head_sizes=(8,))
 WITH_POINTS = STATE_ONLY.model_copy(update={"encoder": SMALL_ENCODER, "query_tokens": 2, "attention_heads": 2})
+WITH_CORN = WITH_POINTS.model_copy(update={"encoder": SMALL_CORN})
 WITH_MEMORY = WITH_POINTS.model_copy(update={"history": 3})
 
 

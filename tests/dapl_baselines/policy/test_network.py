@@ -6,7 +6,15 @@ from clutter6d.errors import InvalidValueError
 from dapl_baselines.encoders.dapl import DaplEncoderConfig
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import STATE_BOUND, PolicyNetwork, StateCrossAttention
-from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_MEMORY, WITH_POINTS, count, make_inputs, make_network
+from tests.dapl_baselines.policy.networks import (
+    STATE_ONLY,
+    WITH_CORN,
+    WITH_MEMORY,
+    WITH_POINTS,
+    count,
+    make_inputs,
+    make_network,
+)
 
 
 def test_the_papers_state_has_44_numbers_and_each_part_can_be_left_out():
@@ -18,9 +26,16 @@ def test_the_papers_state_has_44_numbers_and_each_part_can_be_left_out():
     assert (teacher.state_size, teacher.is_privileged) == (9 + 4 * 15, True)
 
 
+def test_a_part_is_found_in_the_state():
+    config = PolicyNetworkConfig(state_parts=("joint_state", "object_states", "hand_state"), objects=4)
+    assert config.columns_of("object_states") == slice(14, 74)
+    assert config.columns_of("hand_state") == slice(74, 83) == slice(74, config.state_size)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
+        {"state_parts": ("joint_state",), "encoder": {"name": "corn"}},
         {"state_parts": ("hand_state", "hand_state")},
         {"state_parts": ()},
         {"state_parts": ("object_states",)},
@@ -55,12 +70,12 @@ def test_parameter_counts_are_those_of_the_layers_of_the_paper(queries):
     assert network.log_std.shape == (7,)
 
 
-@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, WITH_CORN])
 @torch.no_grad()
 def test_without_a_history_it_is_the_trunk_and_the_heads(config):
     network, (state, *points) = make_network(config), make_inputs(config, 5)
     assert not any(name.startswith("over_time") for name in network.state_dict())
-    fused = network.trunk(state, *(network.encoder(cloud) for cloud in points))
+    fused = network.trunk(state, *(network.encoder(cloud, state[:, :9]) for cloud in points))
     assert torch.equal(network(state, *points), 0.1 * network.actor(fused).clamp(-1, 1))
     assert torch.equal(network.fuse(network.window(network.see(state, *points))), fused)
 
@@ -80,7 +95,7 @@ def test_what_is_remembered_counts():
     assert [torch.equal(one, other) for one, other in zip(actions, changed, strict=True)] == [True, False, True, True]
 
 
-@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, WITH_CORN])
 def test_residuals_stay_within_the_action_scale(config):
     network, inputs = make_network(config), make_inputs(config, 5)
     with torch.no_grad():
@@ -90,7 +105,7 @@ def test_residuals_stay_within_the_action_scale(config):
     assert residuals.abs().max() == torch.tensor(0.1)
 
 
-@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS])
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, WITH_CORN])
 @torch.no_grad()
 def test_rows_do_not_see_each_other(config):
     network, inputs = make_network(config), make_inputs(config, 4)

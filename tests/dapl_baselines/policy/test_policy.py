@@ -15,14 +15,21 @@ from dapl_baselines.fixed_batches import BATCH_ROWS, forward_in_fixed_batches
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.observation import CLOUD_PARTS, object_states
 from dapl_baselines.policy.policy import NetworkPolicy
-from tests.dapl_baselines.policy.networks import STATE_ONLY, WITH_MEMORY, WITH_POINTS, make_inputs, make_network
+from tests.dapl_baselines.policy.networks import (
+    STATE_ONLY,
+    WITH_CORN,
+    WITH_MEMORY,
+    WITH_POINTS,
+    make_inputs,
+    make_network,
+)
 from tests.scene_fixtures import make_box_scene_set, write_box_scene_set
 
 FULL_WIDTH = PolicyNetworkConfig(encoder=DaplEncoderConfig(blocks=2))
 TEACHER = STATE_ONLY.model_copy(update={"state_parts": ("joint_state", "object_states"), "objects": 4})
 
 
-@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, FULL_WIDTH])
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, WITH_CORN, FULL_WIDTH])
 @pytest.mark.parametrize("rows", [1, BATCH_ROWS, BATCH_ROWS + 1])
 def test_a_rows_action_is_the_same_to_the_bit_wherever_it_stands(config, rows):
     network, inputs = make_network(config), make_inputs(config, 50)
@@ -46,7 +53,7 @@ def inputs_of(env: ClutterVectorEnv, observation: dict, policy: NetworkPolicy) -
     )
 
 
-@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, TEACHER])
+@pytest.mark.parametrize("config", [STATE_ONLY, WITH_POINTS, WITH_CORN, TEACHER])
 def test_a_policy_acts_on_what_the_environment_shows(config):
     env = ClutterVectorEnv(3, split=make_box_scene_set(2), config=EnvConfig(has_object_states=True))
     observation, _ = env.reset(seed=0)
@@ -73,20 +80,21 @@ def test_object_states_from_the_simulations_state_are_those_of_the_observation()
 
 
 def step_inputs(inputs: tuple[torch.Tensor, ...], slots: list[int], step: int) -> PolicyInput:
-    """An observation of which the policy takes but one part of the state, and the points."""
+    """An observation of which the policy takes two parts of the state, and the points."""
     state, cloud = (part.numpy() for part in inputs)
-    points = np.split(cloud, [512, 1024], axis=1)
+    points, states = np.split(cloud, [512, 1024], axis=1), np.split(state, [9], axis=1)
+    parts = ("hand_state", "relative_goal", *CLOUD_PARTS)
     return PolicyInput(
         slots=np.array(slots),
         episodes=(),
         steps=np.full(len(slots), step),
-        observation={"relative_goal": state, **dict(zip(CLOUD_PARTS, points, strict=True))},
+        observation=dict(zip(parts, (*states, *points), strict=True)),
         states=None,
     )
 
 
 def test_a_policy_with_a_memory_acts_as_its_network_on_the_last_frames_whatever_other_slots_do():
-    config = WITH_MEMORY.model_copy(update={"state_parts": ("relative_goal",)})
+    config = WITH_MEMORY.model_copy(update={"state_parts": ("hand_state", "relative_goal")})
     network, steps = make_network(config), 5
     policy, alone = (NetworkPolicy(network, "0" * 64) for _ in range(2))
     seen = [make_inputs(config, 3, seed=step) for step in range(steps)]

@@ -8,12 +8,13 @@ from clutter6d.envs.env_config import EnvConfig
 from clutter6d.envs.termination import TerminationConfig
 from clutter6d.envs.vector_env import ClutterVectorEnv
 from dapl_baselines.encoders.dapl import DaplEncoder
+from dapl_baselines.encoders.registry import make_encoder
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.frozen_encoder import FrozenEncoder
-from dapl_baselines.policy.observation import cloud, state_vector
+from dapl_baselines.policy.observation import cloud, hand_state, state_vector
 from dapl_baselines.policy.ppo import STATE_KEY, TOKENS_KEY
 from dapl_baselines.policy.rollout_env import RolloutEnv
-from tests.dapl_baselines.policy.networks import SMALL_ENCODER, STATE_ONLY, WITH_POINTS
+from tests.dapl_baselines.policy.networks import SMALL_CORN, SMALL_ENCODER, STATE_ONLY, WITH_POINTS
 from tests.scene_fixtures import make_box_scene_set
 
 SCENES = make_box_scene_set(3)
@@ -100,14 +101,17 @@ def test_points_are_encoded_once_a_step_and_only_tokens_are_kept(compute):
     assert set(seen.keys()) == {STATE_KEY, TOKENS_KEY}
     assert (seen[TOKENS_KEY].shape, seen[TOKENS_KEY].dtype) == ((3, 40, 16), torch.float16)
     with torch.no_grad():
-        expected = module(cloud(env.envs._observe()))
+        observation = env.envs._observe()
+        expected = module(cloud(observation), hand_state(observation))
     torch.testing.assert_close(seen[TOKENS_KEY].float(), expected, atol=0.05, rtol=0.05)
     assert not any(parameter.requires_grad for parameter in module.parameters())
 
 
-def test_clouds_are_encoded_in_parts_that_bound_the_memory():
-    module, clouds = DaplEncoder(SMALL_ENCODER).eval(), 0.1 * torch.randn(5, 1280, 7)
-    parts, whole = (FrozenEncoder(module, "cpu", torch.float32, batch=size)(clouds) for size in (2, 5))
+@pytest.mark.parametrize("config", [SMALL_ENCODER, SMALL_CORN])
+def test_clouds_are_encoded_in_parts_that_bound_the_memory(config):
+    torch.manual_seed(0)
+    module, seen = make_encoder(config).eval(), (0.1 * torch.randn(5, 1280, 7), torch.randn(5, 9))
+    parts, whole = (FrozenEncoder(module, "cpu", torch.float32, batch=size)(*seen) for size in (2, 5))
     torch.testing.assert_close(parts, whole)
 
 

@@ -10,6 +10,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from dapl_baselines.checkpoint import write_checkpoint  # noqa: E402
+from dapl_baselines.encoders.corn import CornEncoderConfig  # noqa: E402
 from dapl_baselines.encoders.dapl import DaplEncoderConfig  # noqa: E402
 from dapl_baselines.policy.config import PolicyNetworkConfig  # noqa: E402
 from dapl_baselines.policy.network import PolicyNetwork  # noqa: E402
@@ -23,6 +24,12 @@ CONFIGS = {
     "memory": PolicyNetworkConfig(state_parts=STUDENT, fusion_sizes=(64, 32), head_sizes=(16,), history=3),
     "points": PolicyNetworkConfig(
         encoder=DaplEncoderConfig(token_size=16, blocks=1, heads=2, patch_hidden_sizes=(8, 16)),
+        state_parts=STUDENT,
+        fusion_sizes=(32,),
+        head_sizes=(16,),
+    ),
+    "target-points": PolicyNetworkConfig(
+        encoder=CornEncoderConfig(token_size=16, heads=2, patch_hidden_size=16),
         state_parts=STUDENT,
         fusion_sizes=(32,),
         head_sizes=(16,),

@@ -21,7 +21,7 @@ from dapl_baselines.serving.onnx_policy import OnnxPolicy
 from dapl_baselines.serving.served_policy import EvaluatedPolicy
 
 BOTH = ("onnx", "torchscript")
-NAMES = ["state", "memory", pytest.param("points", marks=pytest.mark.slow)]
+NAMES = ["state", "memory", *(pytest.param(name, marks=pytest.mark.slow) for name in ("points", "target-points"))]
 
 
 def actions_of_checkpoint(path, episode):

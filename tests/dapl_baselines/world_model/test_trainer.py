@@ -51,8 +51,8 @@ def test_a_policy_takes_the_encoder_from_the_checkpoint(trained):
     source = open_encoder(str(path), seed=0)
     assert source is not None
     assert source.history[0].method == "world-model"
-    cloud = torch.rand(2, 1280, 7)
-    torch.testing.assert_close(source.module.eval()(cloud), load_world_model(path)[0].encoder(cloud))
+    seen = torch.rand(2, 1280, 7), torch.rand(2, 9)
+    torch.testing.assert_close(source.module.eval()(*seen), load_world_model(path)[0].encoder(*seen))
 
 
 def test_a_finished_training_is_not_made_again(trained, pushed_boxes):
