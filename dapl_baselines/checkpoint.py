@@ -24,6 +24,7 @@ try:
 except ModuleNotFoundError:
     raise MissingDependencyError("checkpoints need PyTorch: pip install 'clutter6d[baselines]'") from None
 
+from dapl_baselines.contact_pretraining.contact_model import ContactModel, ContactModelConfig
 from dapl_baselines.policy.config import PolicyNetworkConfig
 from dapl_baselines.policy.network import PolicyNetwork
 from dapl_baselines.policy.policy import NetworkPolicy
@@ -104,6 +105,7 @@ class Architecture:
 
 
 ARCHITECTURES: Mapping[str, Architecture] = {
+    "contact-model": Architecture(config=ContactModelConfig, build=ContactModel),
     "policy-network": Architecture(config=PolicyNetworkConfig, build=PolicyNetwork, to_policy=NetworkPolicy),
     "push-critic": Architecture(config=PushCriticConfig, build=PushCritic, to_policy=PushTeacherPolicy),
     "push-student": Architecture(config=PushStudentConfig, build=PushStudent, to_policy=PushStudentPolicy),

@@ -10,6 +10,7 @@ _COMMANDS: Final = {
     "record": ("dapl_baselines.interactions.cli:record", "Record interactions of any policy, to train on."),
     "train world-model": ("dapl_baselines.world_model.cli:train_world_model", "Train a world model, or an ablation."),
     "show-predictions": ("dapl_baselines.world_model.cli:show_predictions", "Draw predicted beside true motion."),
+    "train corn": ("dapl_baselines.contact_pretraining.cli:train_corn", "Pretrain CORN's encoder on contacts."),
     "train teacher": ("dapl_baselines.teacher.cli:train_teacher", "Train a teacher that chooses among pushes."),
     "look-ahead": ("dapl_baselines.push_policy.cli:look_ahead", "Let a teacher try pushes in simulation first."),
     "train policy": ("dapl_baselines.policy.cli:train_policy", "Train a policy by PPO on a frozen encoder."),

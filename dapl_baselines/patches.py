@@ -82,14 +82,13 @@ def cut_into_patches(positions: Float[Tensor, "row 1280 3"]) -> Patches:
 
 
 @torch.no_grad()
-def cut_target(positions: Float[Tensor, "row 512 3"]) -> Float[Tensor, "row 16 32 3"]:
-    """The points of a target's patches, which are those of its clouds; the centres first.
+def cut_target(positions: Float[Tensor, "row 512 3"]) -> Int[Tensor, "row 16 32"]:
+    """Which points make the patches of targets alone; as in clouds, the centre first.
 
     Args:
-        positions: The target's points [m].
+        positions: The targets' points [m].
     """
-    indices = _patches_of_component(positions, TARGET.patches).flatten(1)
-    return positions.gather(1, indices[..., None].expand(-1, -1, 3)).unflatten(1, (TARGET.patches, PATCH_POINTS))
+    return _patches_of_component(positions, TARGET.patches)
 
 
 def _patches_of_component(positions: Float[Tensor, "batch point 3"], patches: int) -> Int[Tensor, "batch patch 32"]:

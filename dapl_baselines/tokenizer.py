@@ -72,7 +72,7 @@ class PatchTokenizer(nn.Module):
 
 
 def gather_points(
-    values: Float[Tensor, "row 1280 value"], indices: Int[Tensor, "row patch point"]
+    values: Float[Tensor, "row all value"], indices: Int[Tensor, "row patch point"]
 ) -> Float[Tensor, "row patch point value"]:
     """The values of the points of each patch."""
     rows, count, size = values.shape

@@ -76,7 +76,7 @@ class TrainingReport(ABC):
         )
 
 
-Report = TypeVar("Report", bound=TrainingReport)
+Report = TypeVar("Report")
 
 
 def until(reports: Iterator[Report], max_minutes: float | None) -> Iterator[Report]:

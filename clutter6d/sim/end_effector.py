@@ -89,6 +89,15 @@ FINGERS = (_finger(1), _finger(-1))
 """The left finger (positive y) and the right one."""
 
 
+def is_in_end_effector(points: Float64[np.ndarray, "point 3"]) -> Bool[np.ndarray, "point"]:
+    """Which points lie in the hand or in a closed finger.
+
+    Args:
+        points: In the hand's frame [m].
+    """
+    return np.any([shape.contains(points) for shape in (HAND_BOX, *FINGERS)], axis=0)
+
+
 @cache
 def end_effector_points() -> Float32[np.ndarray, "256 3"]:
     """Canonical points, uniform on the outer surface of the hand and its closed fingers, in the hand's frame [m].

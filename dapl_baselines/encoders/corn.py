@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from pydantic import Field, model_validator
 from torch import Tensor, nn
 
@@ -15,6 +15,7 @@ from clutter6d.schema import FileModel
 from dapl_baselines.encoders.point_encoder import PointEncoder
 from dapl_baselines.encoders.transformer import SelfAttentionBlock
 from dapl_baselines.patches import PATCH_POINTS, TARGET, cut_target
+from dapl_baselines.tokenizer import gather_points
 
 CENTRE_M: Final = (0.0, 0.0, 0.15)
 """What positions are counted from, world frame: the point above the table that the authors' clouds are centred at."""
@@ -100,16 +101,17 @@ class CornEncoder(PointEncoder):
         self, cloud: Float[Tensor, "row 1280 7"], hand: Float[Tensor, "row 9"]
     ) -> Float[Tensor, "row 17 token"]:
         """As :meth:`PointEncoder.forward`: the tokens of the target's patches, then the hand's."""
-        return self.encode(self.see(cloud[:, TARGET.of_cloud, :3]), hand)
+        target = cloud[:, TARGET.of_cloud, :3]
+        return self.encode(self.see(target, cut_target(target)), hand)
 
-    def see(self, target: Float[Tensor, "row 512 3"]) -> TargetPatches:
+    def see(self, target: Float[Tensor, "row 512 3"], indices: Int[Tensor, "row 16 32"]) -> TargetPatches:
         """The patches of targets.
 
         Args:
             target: Points [m], world frame.
+            indices: Points of each patch, its centre first.
         """
-        patches = cut_target(target)
-        points = (patches - self.centre_m) / SCALE_M
+        points = (gather_points(target, indices) - self.centre_m) / SCALE_M
         centres = points[:, :, 0]
         offsets = points - centres[:, :, None]
         nearest = offsets.square().sum(dim=-1).argsort(dim=-1)

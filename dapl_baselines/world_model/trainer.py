@@ -20,9 +20,10 @@ from clutter6d.errors import InvalidFileError
 from dapl_baselines.checkpoint import Checkpoint, write_checkpoint
 from dapl_baselines.curves import Curves
 from dapl_baselines.interactions.dataset import InteractionData
+from dapl_baselines.prefetching import prefetched
 from dapl_baselines.run_folder import claim
 from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
-from dapl_baselines.world_model.batches import Batch, prefetched, some_of, training_batch
+from dapl_baselines.world_model.batches import Batch, some_of, training_batch
 from dapl_baselines.world_model.evaluation import evaluate
 from dapl_baselines.world_model.learner import Learner
 from dapl_baselines.world_model.lineage import begun_with, training_record

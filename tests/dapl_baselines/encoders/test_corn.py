@@ -4,7 +4,7 @@ from pydantic import ValidationError
 
 from clutter6d.seeding import generator
 from dapl_baselines.encoders.corn import CENTRE_M, SCALE_M, CornEncoder, CornEncoderConfig
-from dapl_baselines.patches import TARGET
+from dapl_baselines.patches import TARGET, cut_target
 from tests.dapl_baselines.cloud_fixtures import make_clouds, make_hands
 from tests.dapl_baselines.policy.networks import count
 
@@ -27,11 +27,12 @@ def test_the_published_encoder_has_0_34_million_parameters():
 
 def test_patches_are_near_points_of_the_target_sorted_by_distance_from_the_centre():
     cloud = make_clouds(3)
-    seen = make_encoder().see(cloud[:, TARGET.of_cloud, :3])
+    target = cloud[:, TARGET.of_cloud, :3]
+    seen = make_encoder().see(target, cut_target(target))
     distances = seen.offsets.norm(dim=-1)
     assert torch.equal(seen.offsets[:, :, 0], torch.zeros(3, 16, 3))
     assert (distances.diff(dim=-1) >= 0).all()
-    scaled = (cloud[:, TARGET.of_cloud, :3] - torch.tensor(CENTRE_M)) / SCALE_M
+    scaled = (target - torch.tensor(CENTRE_M)) / SCALE_M
     for row in range(3):
         for patch in range(16):
             nearest = (scaled[row] - seen.centres[row, patch]).norm(dim=-1).sort().values[:32]

@@ -1,13 +1,11 @@
 """Batches: the same for the same step, drawn as they should be, made in order in the background."""
 
-import threading
-
 import numpy as np
 import pytest
 
 from clutter6d.seeding import generator
 from dapl_baselines.interactions.dataset import Transitions, open_interactions
-from dapl_baselines.world_model.batches import BatchConfig, draw_rows, in_order, prefetched, some_of, training_batch
+from dapl_baselines.world_model.batches import BatchConfig, draw_rows, in_order, some_of, training_batch
 
 
 def transitions(moving: int, still: int) -> Transitions:
@@ -50,19 +48,3 @@ def test_the_same_transitions_are_looked_at_every_time():
     assert some_of(every, 10).row.tolist() == some_of(every, 10).row.tolist()
     assert len(set(some_of(every, 10).row)) == 10
     assert some_of(every, 1000).row.tolist() == every.row.tolist()
-
-
-def test_items_come_in_order_from_another_thread_and_errors_come_too():
-    made = list(prefetched(lambda item: (item, threading.get_ident()), range(20)))
-    assert [item for item, _ in made] == list(range(20))
-    assert threading.get_ident() not in {thread for _, thread in made}
-    with pytest.raises(ZeroDivisionError):
-        list(prefetched(lambda item: 1 // (item - 3), range(20)))
-
-
-def test_who_stops_early_leaves_no_thread():
-    before = threading.active_count()
-    items = prefetched(lambda item: item, range(1000))
-    assert next(items) == 0
-    items.close()
-    assert threading.active_count() == before
