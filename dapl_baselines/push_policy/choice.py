@@ -1,16 +1,19 @@
 """Pushes judged by a critic, from arrays to arrays."""
 
 from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float32
+from jaxtyping import Bool, Float, Float32, Float64, Int
 
 from dapl_baselines.push_policy.critic import Judgement
 from dapl_baselines.push_policy.push_frame import PushView, view_pushes
 from dapl_baselines.push_policy.push_state import PushState, to_tensor
 
 Critic = Callable[[PushView], Judgement]
+TRIES: Final = 16
+"""Of so many best pushes of a state it is asked whether they can begin."""
 
 
 def judge(
@@ -31,6 +34,28 @@ def judge(
     """
     with torch.inference_mode():
         return critic(look_at_pushes(state, goals, surface, pushes)).value.numpy()
+
+
+def choose(
+    values: Float32[np.ndarray, "row push"],
+    pushes: Float64[np.ndarray, "row push column"],
+    may_begin: Callable[[Float64[np.ndarray, "row column"]], Bool[np.ndarray, "row"]],
+) -> Int[np.ndarray, "row"]:
+    """The best push of each state that can begin; if none of the best few can, one that cannot.
+
+    Args:
+        values: What each push is worth.
+        pushes: What is chosen among.
+        may_begin: Which of some pushes, one of each state, can begin.
+    """
+    rows, left, chosen = np.arange(len(values)), values.copy(), values.argmax(axis=1)
+    for _ in range(min(TRIES, values.shape[1]) - 1):
+        cannot = ~may_begin(pushes[rows, chosen])
+        if not cannot.any():
+            break
+        left[cannot, chosen[cannot]] = -np.inf
+        chosen = left.argmax(axis=1)
+    return chosen
 
 
 def look_at_pushes(

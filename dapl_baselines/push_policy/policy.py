@@ -12,6 +12,7 @@ from clutter6d.envs.action import ActionConfig
 from clutter6d.eval.policy import Episode, PolicyInput
 from clutter6d.seeding import generator
 from dapl_baselines.push_policy.candidates import Counts, draw_candidates
+from dapl_baselines.push_policy.choice import choose
 from dapl_baselines.push_policy.critic import PushCriticConfig
 from dapl_baselines.push_policy.seen import Seen
 from dapl_baselines.push_policy.tracker import PushTracker
@@ -80,6 +81,20 @@ class PushingPolicy(ABC):
     def _draw(self, seen: Seen, rng: np.random.Generator) -> Float64[np.ndarray, "1 push column"]:
         """The pushes that are chosen among."""
         return draw_candidates(seen.state, seen.goals, seen.shapes, seen.targets, self._counts, rng)
+
+    def _pick(
+        self,
+        inputs: PolicyInput,
+        row: int,
+        seen: Seen,
+        values: Float32[np.ndarray, "push"],
+        drawn: Float64[np.ndarray, "1 push column"],
+    ) -> Float64[np.ndarray, "1 column"]:
+        """The best of what was drawn that can begin."""
+        tracker = self._slots[int(inputs.slots[row])].tracker
+        around, origins = seen.points_in_the_way(), seen.state.poses[:, :3]
+        chosen = choose(values[None], drawn, lambda pushes: tracker.may_begin(FIRST, pushes, origins, around))
+        return drawn[:, chosen[0]]
 
     @abstractmethod
     def _see(self, inputs: PolicyInput, row: int) -> Seen:

@@ -116,6 +116,7 @@ class PushSlots:
         """Start the next episodes of slots."""
         self._episodes.begin(slots, chosen)
         self._read_facts(slots)
+        self.tracker.forget(slots)
 
     def pause(self) -> Motion:
         """Where the episodes are; whoever goes on from here and whoever is put back to here goes on alike.

@@ -49,7 +49,7 @@ class PushStudentPolicy(PushingPolicy):
         with torch.inference_mode():
             tokens = self._student.encode(cloud(observation), hand_state(observation))
         values = judge(lambda view: self._student(view, tokens), seen.state, seen.goals, seen.shapes.surface, drawn)
-        return drawn[:, int(values[0].argmax())]
+        return self._pick(inputs, row, seen, values[0], drawn)
 
 
 def row_of(inputs: PolicyInput, row: int) -> Observation[np.ndarray]:

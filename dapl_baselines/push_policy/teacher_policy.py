@@ -75,7 +75,7 @@ class PushTeacherPolicy(PushingPolicy):
         values = judge(self._critic, seen.state, seen.goals, seen.shapes.surface[seen.targets], drawn)[0]
         count = min(self._config.look_ahead, len(values))
         if not count or inputs.states is None:
-            return drawn[:, int(values.argmax())]
+            return self._pick(inputs, row, seen, values, drawn)
         best = np.argsort(-values, kind="stable")[:count]
         copies, steps_left = self._copies_of(inputs.episodes[row], count), MAX_CONTROL_STEPS - int(inputs.steps[row])
         tried = copies.try_out(inputs.states[row], drawn[0, best], seen.goals[0], steps_left)

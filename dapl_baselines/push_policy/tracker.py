@@ -11,8 +11,10 @@ from jaxtyping import Bool, Float64, Int
 
 from clutter6d.envs.action import ActionConfig
 from clutter6d.geometry import quat_to_matrix
+from clutter6d.sim.end_effector import HAND_BOX
 from clutter6d.sim.kinematics import HandKinematics
 from clutter6d.sim.robot import HOME_QPOS
+from clutter6d.sim.robot_facts import TIP_OFFSET_M
 from dapl_baselines.planners.hand_servo import joint_steps, tip_positions
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy.arm_response import residuals_for
@@ -22,6 +24,7 @@ Slots = Int[np.ndarray, "slot"]
 POINTING_DOWN: Final = np.diag([1.0, -1.0, -1.0])
 """Rotation of a hand that points straight down, hand frame to world frame."""
 LOWEST_TIP_M: Final = 0.012
+"""Lower the tips go to lower contacts alone, half way down from these: to touch thin things, or to press on them."""
 ARRIVED_M: Final = 0.009
 FLIGHT_SPEED_M: Final = 0.045
 """Movement asked for in a control step while flying; the arm makes 2 to 3.5 cm of it."""
@@ -48,6 +51,12 @@ MAX_HOME_RAD: Final = 0.04
 Otherwise it wanders with every push, in the end to where joints are at their limits, and what a push does depends on
 where the elbow has come to.
 """
+ROOM_M: Final = 0.01
+"""What is nearer to the palm than this where a push would start keeps the hand from getting there."""
+REFUSED: Final = 4
+REFUSED_M: Final = 0.025
+"""So many starts that flights did not reach are remembered, and none nearer to them than this is tried again, until the
+target has moved by as much."""
 MAX_STEPS: Final = 60
 MAX_SEGMENT_STEPS: Final = 12
 
@@ -63,6 +72,7 @@ class PushTracker:
         directions: Unit vectors.
         lengths: Of the paths' last parts [m].
         speeds: Movement of the tips in a control step [m].
+        floors: How low the tips may go [m].
         hands: How the hand is held, hand frame to world frame.
         is_pushing: Whether the flight is over.
         done: How far along its path each slot is meant to be [m].
@@ -70,6 +80,9 @@ class PushTracker:
         last_tips: Where the tips were at the last control step [m].
         ages: Control steps since the push was given.
         limits: Control steps that it may take.
+        origins: Where the targets were when it was given, world frame [m].
+        refused: Starts that flights did not reach, world frame [m]; infinite where there are none.
+        refused_at: Where the targets were then [m].
     """
 
     size: int
@@ -78,6 +91,7 @@ class PushTracker:
     directions: Float64[np.ndarray, "slot 3"] = field(init=False)
     lengths: Float64[np.ndarray, "slot"] = field(init=False)
     speeds: Float64[np.ndarray, "slot"] = field(init=False)
+    floors: Float64[np.ndarray, "slot"] = field(init=False)
     hands: Float64[np.ndarray, "slot 3 3"] = field(init=False)
     is_pushing: Bool[np.ndarray, "slot"] = field(init=False)
     done: Float64[np.ndarray, "slot"] = field(init=False)
@@ -85,12 +99,16 @@ class PushTracker:
     last_tips: Float64[np.ndarray, "slot 3"] = field(init=False)
     ages: Int[np.ndarray, "slot"] = field(init=False)
     limits: Int[np.ndarray, "slot"] = field(init=False)
+    origins: Float64[np.ndarray, "slot 3"] = field(init=False)
+    refused: Float64[np.ndarray, "slot refused 3"] = field(init=False)
+    refused_at: Float64[np.ndarray, "slot 3"] = field(init=False)
 
     def __post_init__(self) -> None:
         """Slots without a push: what they have is over."""
         size = self.size
         self.starts, self.contacts, self.directions, self.last_tips = np.zeros((4, size, 3))
-        self.lengths, self.speeds, self.done = np.zeros((3, size))
+        self.origins, self.refused_at, self.refused = *np.zeros((2, size, 3)), np.full((size, REFUSED, 3), np.inf)
+        self.lengths, self.speeds, self.floors, self.done = np.zeros((4, size))
         self.hands = np.tile(POINTING_DOWN, (size, 1, 1))
         self.is_pushing = np.ones(size, dtype=bool)
         self.stalled, self.ages, self.limits = np.zeros((3, size), dtype=np.int64)
@@ -107,7 +125,8 @@ class PushTracker:
         """
         is_segment = pushes[:, columns.IS_SEGMENT] > 0.5
         starts, contacts = origins + pushes[:, columns.START], origins + pushes[:, columns.CONTACT]
-        self.starts[slots] = starts
+        self.starts[slots], self.origins[slots] = starts, origins
+        self.floors[slots] = np.where(contacts[:, 2] < LOWEST_TIP_M, contacts[:, 2] / 2, LOWEST_TIP_M)
         self.contacts[slots] = np.where(is_segment[:, None], starts, contacts)
         self.directions[slots] = pushes[:, columns.DIRECTION]
         self.lengths[slots], self.speeds[slots] = pushes[:, columns.LENGTH], pushes[:, columns.SPEED]
@@ -115,6 +134,34 @@ class PushTracker:
         self.is_pushing[slots] = is_segment
         self.done[slots], self.stalled[slots], self.ages[slots], self.last_tips[slots] = 0.0, 0, 0, np.inf
         self.limits[slots] = np.where(is_segment, MAX_SEGMENT_STEPS, MAX_STEPS)
+
+    def forget(self, slots: Slots) -> None:
+        """Episodes begin in slots: nothing is carried out, and nothing was refused."""
+        self.is_pushing[slots], self.refused[slots] = True, np.inf
+
+    def may_begin(
+        self,
+        slots: Slots,
+        pushes: Float64[np.ndarray, "slot push"],
+        origins: Float64[np.ndarray, "slot 3"],
+        around: Float64[np.ndarray, "slot point 3"],
+    ) -> Bool[np.ndarray, "slot"]:
+        """Which pushes have a start that the hand has room at, and that no flight has failed to reach.
+
+        Args:
+            slots: Whose.
+            pushes: As for :meth:`begin`.
+            origins: As for :meth:`begin`.
+            around: Points of what stands around, world frame [m].
+        """
+        starts = origins + pushes[:, columns.START]
+        has_moved = _lengths(origins - self.refused_at[slots]) > REFUSED_M
+        is_refused = (_lengths(self.refused[slots] - starts[:, None]) < REFUSED_M).any(axis=1) & ~has_moved
+        hands = quat_to_matrix(pushes[:, columns.HAND]) @ POINTING_DOWN
+        offsets = around - (starts - TIP_OFFSET_M * hands[:, :, 2])[:, None]
+        in_palm = np.abs(offsets @ hands - HAND_BOX.centre_m) < np.array(HAND_BOX.half_m) + ROOM_M
+        has_room = ~in_palm.all(axis=-1).any(axis=-1)
+        return (pushes[:, columns.IS_SEGMENT] > 0.5) | (has_room & ~is_refused)
 
     def is_over(self) -> Bool[np.ndarray, "slot"]:
         """Whether the push of each slot is carried out or given up."""
@@ -156,6 +203,14 @@ class PushTracker:
         self.stalled[has_arrived | (~self.is_pushing & ~is_still)] = 0
         self.is_pushing |= has_arrived
         self.last_tips = tips.copy()
+        self._refuse(np.flatnonzero(~self.is_pushing & self.is_over()))
+
+    def _refuse(self, slots: Slots) -> None:
+        """Remember starts that were not reached; what was refused with the target elsewhere is forgotten."""
+        has_moved = _lengths(self.origins[slots] - self.refused_at[slots]) > REFUSED_M
+        self.refused[slots[has_moved]] = np.inf
+        self.refused[slots] = np.roll(self.refused[slots], 1, axis=1)
+        self.refused[slots, 0], self.refused_at[slots] = self.starts[slots], self.origins[slots]
 
     def _path_lengths(self) -> Float64[np.ndarray, "slot"]:
         return _lengths(self.contacts - self.starts) + self.lengths
@@ -172,7 +227,7 @@ class PushTracker:
         """The next points of the paths; a path goes on when its tips have kept up."""
         ahead = np.minimum(self.done + self.speeds, self._path_lengths())
         targets = self._at(ahead)
-        targets[:, 2] = np.maximum(targets[:, 2], LOWEST_TIP_M)
+        targets[:, 2] = np.maximum(targets[:, 2], self.floors)
         keeps_up = _lengths(self._at(self.done) - tips) < LAG_M + self.speeds
         self.done = np.where(self.is_pushing & keeps_up, ahead, self.done)
         self.stalled = np.where(self.is_pushing, np.where(keeps_up, 0, self.stalled + 1), self.stalled)

@@ -9,11 +9,12 @@ from math import acos, atan2, cos, exp, pi, sin, sqrt
 from typing import Final, no_type_check
 
 import numpy as np
-from jaxtyping import Float, Float64
+from jaxtyping import Bool, Float, Float64
 
 from clutter6d.envs.point_kernel import compiled
 from clutter6d.geometry import quat_from_axis_angle, quat_from_yaw, quat_multiply
 from dapl_baselines.push_policy import push as columns
+from dapl_baselines.push_policy.reach import lean_to_reach
 
 MOVE, TIP, TURN, ALL = range(4)
 UPRIGHT_RAD: Final = 0.2
@@ -32,6 +33,7 @@ TIP_SHARES: Final = (0.20, 0.70, 0.75)
 """Shares, summed up, of pushes meant to move, to tip and to turn; the rest does all at once. The first for an object on
 the right face, the second for one that must be tipped."""
 LOWEST_CONTACT_M: Final = 0.012
+"""Of an object that is lower than twice this, contacts are above half its height."""
 LOWEST_START_M: Final = 0.015
 STANDOFF_M: Final = 0.05
 LENGTH_M: Final = (0.02, 0.20)
@@ -70,12 +72,25 @@ def draw_whole_pushes(
     pushes[..., columns.CONTACT], pushes[..., columns.NORMAL] = contact, normal
     pushes[..., columns.DIRECTION] = _unit(direction)
     start = contact + STANDOFF_M * normal
-    start[..., 2] = np.maximum(start[..., 2], LOWEST_START_M - arrays[0][:, None, 2])
+    height = arrays[0][:, None, 2]
+    start[..., 2] = np.maximum(start[..., 2], np.minimum(LOWEST_START_M - height, contact[..., 2]))
     pushes[..., columns.START] = start
     pushes[..., columns.LENGTH] = rng.uniform(*LENGTH_M, shape)
     pushes[..., columns.SPEED] = rng.uniform(*SPEED_M, shape)
-    pushes[..., columns.HAND] = _draw_hands(normal, pushes[..., columns.DIRECTION], rng)
-    return pushes
+    tips, hands = start + arrays[0][:, None, :3], _draw_hands(normal, pushes[..., columns.DIRECTION], rng)
+    leant, is_reached = lean_to_reach(tips.reshape(-1, 3), hands.reshape(-1, 4))
+    pushes[..., columns.HAND] = leant.reshape(hands.shape)
+    return _only(pushes, is_reached.reshape(shape))
+
+
+def _only(
+    pushes: Float64[np.ndarray, "row push column"], is_possible: Bool[np.ndarray, "row push"]
+) -> Float64[np.ndarray, "row push column"]:
+    """Possible pushes in the places of the others, by turns; where none is possible, all as they are."""
+    possible = is_possible.sum(axis=1, keepdims=True)
+    order = np.argsort(~is_possible, axis=1, kind="stable")
+    turns = np.arange(pushes.shape[1]) % np.where(possible > 0, possible, pushes.shape[1])
+    return np.take_along_axis(pushes, np.take_along_axis(order, turns, axis=1)[..., None], axis=1)
 
 
 def _draw_hands(
@@ -116,6 +131,8 @@ def _draw(
         tilt = sqrt(tilt_x**2 + tilt_y**2)
         way_x, way_y = goals[row, 0] - poses[row, 0], goals[row, 1] - poses[row, 1]
         lowest, shrink = points[row, :, 2].min(), min(1.0, FAR_TURN_RAD / max(tilt, 1e-6))
+        top = points[row, :, 2].max() + poses[row, 2]
+        lowest_contact = min(LOWEST_CONTACT_M, top / 2) - poses[row, 2]
         turn = min(FAR_TURN_RAD, max(-FAR_TURN_RAD, twist))
         for index in range(uniforms.shape[1]):
             kind, axis, choice = uniforms[row, index]
@@ -132,7 +149,7 @@ def _draw(
                 wanted[i, 1] = moves * way_y - tips * axis_x * dz + turns * turn * x
                 wanted[i, 2] = tips * (axis_x * dy - axis_y * dx)
             cone = FRICTION_CONE_RAD if intent == TIP and tilt > 1e-9 else 0.0
-            _weigh(points[row], normals[row], wanted, cone, LOWEST_CONTACT_M - poses[row, 2], weights)
+            _weigh(points[row], normals[row], wanted, cone, lowest_contact, weights)
             contact = _choose(weights, choice)
             chosen[row, index], motions[row, index] = contact, wanted[contact]
 

@@ -9,7 +9,7 @@ from torch import Tensor
 from clutter6d.envs.slots import Slots
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy.candidates import draw_candidates
-from dapl_baselines.push_policy.choice import judge
+from dapl_baselines.push_policy.choice import choose, judge
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.push_slots import Ends, PushSlots
 from dapl_baselines.push_policy.push_state import STATE_FIELDS, PushState
@@ -99,7 +99,9 @@ class Practice:
         """The best of some pushes by the critic, or any of them."""
         state, goals, targets = seen.state.rows(slots), seen.goals[slots], seen.targets[slots]
         drawn = draw_candidates(state, goals, self._shapes, targets, self._settings.practice_counts, rng)
-        best = judge(critic, state, goals, self._shapes.surface[targets], drawn).argmax(axis=1)
+        values = judge(critic, state, goals, self._shapes.surface[targets], drawn)
+        origins, around = state.poses[:, :3], seen.points_in_the_way()[slots]
+        best = choose(values, drawn, lambda pushes: self.slots.tracker.may_begin(slots, pushes, origins, around))
         is_random = self._is_random[slots] | (rng.random(len(slots)) < self._settings.random_share)
         chosen = np.where(is_random, rng.integers(drawn.shape[1], size=len(slots)), best)
         pushes = drawn[np.arange(len(slots)), chosen]
