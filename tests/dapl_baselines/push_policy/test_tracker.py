@@ -204,3 +204,51 @@ def test_a_slot_that_is_given_a_push_leaves_the_others_as_they_were():
     ages = stage.tracker.ages.copy()
     stage.tracker.begin(np.array([1]), make_push(-1.0)[None], stage.env.batch.object_poses[1:, 0, :3].copy())
     assert stage.tracker.ages.tolist() == [ages[0], 0]
+
+
+NOWHERE = np.full((1, 1, 3), 5.0)
+
+
+def may_begin(
+    tracker: PushTracker, push: np.ndarray, origin: np.ndarray = ORIGIN, around: np.ndarray = NOWHERE
+) -> bool:
+    return bool(tracker.may_begin(np.array([0]), push[None], origin[None], around)[0])
+
+
+def test_a_push_needs_room_for_the_palm_where_it_starts():
+    tracker, push = PushTracker(size=1), make_push(1.0)
+    hand = quat_to_matrix(push[columns.HAND]) @ POINTING_DOWN
+    palm = ORIGIN + push[columns.START] + hand @ [0.0, 0.09, 0.033 - TIP_OFFSET_M]
+    assert may_begin(tracker, push)
+    assert not may_begin(tracker, push, around=palm[None, None])
+    assert may_begin(tracker, push, around=(palm + hand @ [0.06, 0.0, 0.0])[None, None])
+    assert may_begin(tracker, make_push(1.0, is_segment=True), around=palm[None, None])
+
+
+def test_a_start_that_a_flight_did_not_reach_is_not_tried_again_until_the_target_has_moved():
+    stage, push = Stage(0.0), make_push(1.0)
+    push[columns.START] = [0.0, 0.0, 2.0]
+    stage.begin(push)
+    assert may_begin(stage.tracker, push)
+    stage.run()
+    beside, elsewhere = push.copy(), push.copy()
+    beside[columns.START] += [0.0, 0.02, 0.0]
+    elsewhere[columns.START] += [0.0, 0.03, 0.0]
+    assert [may_begin(stage.tracker, each) for each in (push, beside, elsewhere)] == [False, False, True]
+    assert may_begin(stage.tracker, push, ORIGIN + [0.03, 0.0, 0.0])
+    stage.tracker.forget(np.array([0]))
+    assert may_begin(stage.tracker, push)
+
+
+def test_starts_that_were_reached_are_not_refused(whole_push):
+    side, stage, _ = whole_push
+    assert np.isinf(stage.tracker.refused).all()
+    assert may_begin(stage.tracker, make_push(side))
+
+
+@pytest.mark.parametrize(("contact_m", "lowest_m"), [(0.004, 0.002), (0.011, 0.0055), (0.013, 0.012), (0.05, 0.012)])
+def test_tips_go_down_half_way_to_low_contacts_and_no_lower_than_they_must_to_others(contact_m, lowest_m):
+    tracker, push = PushTracker(size=1), make_push(1.0)
+    push[columns.CONTACT][2] = contact_m - ORIGIN[2]
+    tracker.begin(np.array([0]), push[None], ORIGIN[None])
+    assert tracker.floors[0] == pytest.approx(lowest_m)

@@ -8,6 +8,8 @@ from dapl_baselines.planners.config import PushConfig
 from dapl_baselines.planners.motions import tilt_and_twist
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy import whole_pushes
+from dapl_baselines.push_policy.reach import REACH_M, wrist_distances
+from dapl_baselines.push_policy.target_shapes import TargetShapes
 from dapl_baselines.push_policy.whole_pushes import (
     ALL,
     AXIS_NOISE_RAD,
@@ -29,6 +31,7 @@ from dapl_baselines.push_policy.whole_pushes import (
     draw_whole_pushes,
 )
 from tests.dapl_baselines.push_policy.drawn import SHAPES, draw_goals, draw_quats, draw_state
+from tests.scene_fixtures import make_box_asset
 
 STANDING = np.array([0.05, -0.1, 0.07, 1.0, 0.0, 0.0, 0.0])
 
@@ -98,6 +101,35 @@ def test_what_is_drawn_can_be_carried_out():
 def test_no_contact_is_chosen_that_the_table_is_too_near_to():
     pushes = draw(STANDING, STANDING + np.array([0.1, 0.1, 0, 0, 0, 0, 0]))
     assert (STANDING[2] + pushes[..., columns.CONTACT][..., 2] > LOWEST_CONTACT_M).all()
+
+
+def test_a_thin_plate_is_pushed_at_all_its_edges_and_not_under_half_its_height():
+    shapes = TargetShapes.of([make_box_asset("plate", (0.12, 0.10, 0.008))])
+    pose = np.array([[0.05, -0.1, 0.004, 1.0, 0.0, 0.0, 0.0]])
+    goal = pose + np.array([0.1, 0.1, 0, 0, 0, 0, 0])
+    pushes = draw_whole_pushes(pose, goal, shapes.contacts, shapes.normals, 300, generator(0, "plate"))[0]
+    contacts, starts = (pose[0, :3] + pushes[:, part] for part in (columns.CONTACT, columns.START))
+    assert (contacts[:, 2] > 0.004 - 1e-9).all()
+    assert len(np.unique(contacts, axis=0)) > 5
+    is_beside = np.abs(pushes[:, columns.NORMAL][:, 2]) < 0.1
+    assert is_beside.mean() > 0.3
+    assert (starts[is_beside, 2] <= 0.008).all()
+
+
+def test_starts_are_within_reach_wherever_the_target_is():
+    at_the_edge = np.array([0.30, 0.1, 0.07, 1.0, 0.0, 0.0, 0.0])
+    (pushes,) = draw(at_the_edge, at_the_edge - np.array([0.2, 0.1, 0, 0, 0, 0, 0]))
+    distances = wrist_distances(at_the_edge[:3] + pushes[:, columns.START], pushes[:, columns.HAND])
+    assert distances.max() <= REACH_M
+    beyond = at_the_edge + np.array([0.6, 0, 0, 0, 0, 0, 0])
+    (pushes,) = draw(beyond, at_the_edge)
+    assert len(np.unique(pushes[:, columns.LENGTH])) == len(pushes)
+
+
+def test_possible_pushes_take_the_places_of_the_others_by_turns():
+    pushes = np.arange(10.0).reshape(2, 5, 1)
+    is_possible = np.array([[False, True, False, True, False], [False] * 5])
+    assert whole_pushes._only(pushes, is_possible)[..., 0].tolist() == [[1, 3, 1, 3, 1], [5, 6, 7, 8, 9]]
 
 
 @pytest.mark.parametrize("way", [(0.0, 0.2), (0.2, 0.0), (0.0, -0.2)])
