@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool
 from torch import Tensor
 
 from clutter6d.envs.slots import Slots
@@ -13,6 +13,7 @@ from dapl_baselines.policy.observation import cloud, hand_state
 from dapl_baselines.push_distillation.lessons import Lessons, ask_teacher
 from dapl_baselines.push_distillation.settings import PushDistillationSettings
 from dapl_baselines.push_policy.candidates import draw_candidates
+from dapl_baselines.push_policy.choice import choose
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.push_slots import PushSlots
 from dapl_baselines.push_policy.seen import Seen, see_points
@@ -86,11 +87,13 @@ class StudentPractice:
         replay.add(lessons.to_rows())
         with torch.no_grad():
             own = student(lessons.view(), lessons.tokens).value
-        values = torch.where(torch.from_numpy(is_taught)[:, None], lessons.gain + lessons.future, own)
+        values = torch.where(torch.from_numpy(is_taught)[:, None], lessons.gain + lessons.future, own).numpy()
+        drawn, origins = (array.double().numpy() for array in (lessons.pushes, lessons.state.poses[:, :3]))
+        tracker, around = self.slots.tracker, known.points_in_the_way()[slots]
+        best = choose(values, drawn, lambda pushes: tracker.may_begin(slots, pushes, origins, around))
         is_random = rng.random(len(slots)) < self._settings.random_share
-        chosen = np.where(is_random, rng.integers(values.shape[1], size=len(slots)), values.argmax(dim=1).numpy())
-        pushes: Float64[np.ndarray, "choosing column"] = lessons.pushes.numpy()[np.arange(len(slots)), chosen]
-        self.slots.tracker.begin(slots, pushes.astype(np.float64), lessons.state.poses[:, :3].double().numpy())
+        chosen = np.where(is_random, rng.integers(values.shape[1], size=len(slots)), best)
+        tracker.begin(slots, drawn[np.arange(len(slots)), chosen], origins)
 
     def _lessons(self, slots: Slots, known: Seen, student: PushStudent, rng: np.random.Generator) -> Lessons:
         """What the student sees in slots, pushes for it, and the teacher's judgement."""

@@ -12,6 +12,8 @@ from dapl_baselines.push_policy.push_frame import PushView, view_pushes
 from dapl_baselines.push_policy.push_state import PushState, to_tensor
 
 Critic = Callable[[PushView], Judgement]
+MayBegin = Callable[[Float64[np.ndarray, "push column"]], Bool[np.ndarray, "push"]]
+"""Tells which of some pushes can begin; of pushes of several states, one of each in order."""
 TRIES: Final = 16
 """Of so many best pushes of a state it is asked whether they can begin."""
 
@@ -39,7 +41,7 @@ def judge(
 def choose(
     values: Float32[np.ndarray, "row push"],
     pushes: Float64[np.ndarray, "row push column"],
-    may_begin: Callable[[Float64[np.ndarray, "row column"]], Bool[np.ndarray, "row"]],
+    may_begin: MayBegin,
 ) -> Int[np.ndarray, "row"]:
     """The best push of each state that can begin; if none of the best few can, one that cannot.
 

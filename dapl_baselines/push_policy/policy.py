@@ -6,13 +6,13 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from jaxtyping import Float32, Float64, Int
+from jaxtyping import Bool, Float32, Float64, Int
 
 from clutter6d.envs.action import ActionConfig
 from clutter6d.eval.policy import Episode, PolicyInput
 from clutter6d.seeding import generator
 from dapl_baselines.push_policy.candidates import Counts, draw_candidates
-from dapl_baselines.push_policy.choice import choose
+from dapl_baselines.push_policy.choice import MayBegin
 from dapl_baselines.push_policy.critic import PushCriticConfig
 from dapl_baselines.push_policy.seen import Seen
 from dapl_baselines.push_policy.tracker import PushTracker
@@ -82,19 +82,16 @@ class PushingPolicy(ABC):
         """The pushes that are chosen among."""
         return draw_candidates(seen.state, seen.goals, seen.shapes, seen.targets, self._counts, rng)
 
-    def _pick(
-        self,
-        inputs: PolicyInput,
-        row: int,
-        seen: Seen,
-        values: Float32[np.ndarray, "push"],
-        drawn: Float64[np.ndarray, "1 push column"],
-    ) -> Float64[np.ndarray, "1 column"]:
-        """The best of what was drawn that can begin."""
-        tracker = self._slots[int(inputs.slots[row])].tracker
-        around, origins = seen.points_in_the_way(), seen.state.poses[:, :3]
-        chosen = choose(values[None], drawn, lambda pushes: tracker.may_begin(FIRST, pushes, origins, around))
-        return drawn[:, chosen[0]]
+    def _may_begin(self, slot: int, seen: Seen) -> MayBegin:
+        """Tells which of some pushes can begin in a slot."""
+        tracker, around, origins = self._slots[slot].tracker, seen.points_in_the_way()[0], seen.state.poses[0, :3]
+
+        def may_begin(pushes: Float64[np.ndarray, "push column"]) -> Bool[np.ndarray, "push"]:
+            count = len(pushes)
+            places = np.broadcast_to(origins, (count, 3)), np.broadcast_to(around, (count, *around.shape))
+            return tracker.may_begin(np.zeros(count, dtype=np.int64), pushes, *places)
+
+        return may_begin
 
     @abstractmethod
     def _see(self, inputs: PolicyInput, row: int) -> Seen:

@@ -11,7 +11,7 @@ from clutter6d.envs.observation import Observation
 from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import PolicyInput
 from dapl_baselines.policy.observation import cloud, hand_state
-from dapl_baselines.push_policy.choice import judge
+from dapl_baselines.push_policy.choice import choose, judge
 from dapl_baselines.push_policy.policy import PushingPolicy
 from dapl_baselines.push_policy.seen import Seen, see_points
 from dapl_baselines.push_policy.student import PushStudent
@@ -49,7 +49,7 @@ class PushStudentPolicy(PushingPolicy):
         with torch.inference_mode():
             tokens = self._student.encode(cloud(observation), hand_state(observation))
         values = judge(lambda view: self._student(view, tokens), seen.state, seen.goals, seen.shapes.surface, drawn)
-        return self._pick(inputs, row, seen, values[0], drawn)
+        return drawn[:, choose(values, drawn, self._may_begin(int(inputs.slots[row]), seen))[0]]
 
 
 def row_of(inputs: PolicyInput, row: int) -> Observation[np.ndarray]:

@@ -1,6 +1,7 @@
 """A privileged critic of pushes as a policy of the evaluation."""
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 import numpy as np
 from jaxtyping import Float64, Int
@@ -11,7 +12,7 @@ from clutter6d.errors import InvalidValueError
 from clutter6d.eval.policy import Episode, PolicyInput
 from clutter6d.sim.scene_model import ARM_DOF, motion_in_states
 from dapl_baselines.push_policy.candidates import draw_candidates
-from dapl_baselines.push_policy.choice import judge
+from dapl_baselines.push_policy.choice import choose, judge
 from dapl_baselines.push_policy.critic import PushCritic
 from dapl_baselines.push_policy.look_ahead import LookAhead, Tried
 from dapl_baselines.push_policy.outcomes import future, gains
@@ -19,6 +20,9 @@ from dapl_baselines.push_policy.policy import FIRST, PushingPolicy
 from dapl_baselines.push_policy.push_state import SceneFacts
 from dapl_baselines.push_policy.seen import Seen, see_states
 from dapl_baselines.push_policy.target_shapes import TargetShapes
+
+IMPOSSIBLE: Final = 1e6
+"""A push that cannot begin is tried only where fewer can than are to be tried."""
 
 
 class PushTeacherPolicy(PushingPolicy):
@@ -72,11 +76,12 @@ class PushTeacherPolicy(PushingPolicy):
     ) -> Float64[np.ndarray, "1 column"]:
         seen = self._see(inputs, row)
         drawn = self._draw(seen, make_rng())
-        values = judge(self._critic, seen.state, seen.goals, seen.shapes.surface[seen.targets], drawn)[0]
-        count = min(self._config.look_ahead, len(values))
+        values = judge(self._critic, seen.state, seen.goals, seen.shapes.surface[seen.targets], drawn)
+        may_begin, count = self._may_begin(int(inputs.slots[row]), seen), min(self._config.look_ahead, values.shape[1])
         if not count or inputs.states is None:
-            return self._pick(inputs, row, seen, values, drawn)
-        best = np.argsort(-values, kind="stable")[:count]
+            return drawn[:, choose(values, drawn, may_begin)[0]]
+        worth = np.where(may_begin(drawn[0]), values[0], values[0] - IMPOSSIBLE)
+        best = np.argsort(-worth, kind="stable")[:count]
         copies, steps_left = self._copies_of(inputs.episodes[row], count), MAX_CONTROL_STEPS - int(inputs.steps[row])
         tried = copies.try_out(inputs.states[row], drawn[0, best], seen.goals[0], steps_left)
         return drawn[:, best[int(self._worth(seen, tried, make_rng()).argmax())]]
