@@ -12,6 +12,7 @@ from dapl_baselines.checkpoint import Checkpoint, load_checkpoint_policy, read_c
 FOLDER: Final = Path(__file__).parent / "checkpoints"
 BUNDLED: Final[Mapping[str, str]] = {
     "world-model": "world-model.pt",
+    "corn-pretrained": "corn.pt",
     "push-teacher": "push-teacher.pt",
     "push-teacher-look-ahead": "push-teacher-look-ahead.pt",
     "dapl-pushes": "dapl-pushes.pt",

@@ -7,7 +7,8 @@ from dapl_baselines.checkpoint import read_checkpoint
 from dapl_baselines.policy.encoder_source import open_point_encoder
 from dapl_baselines.validation import open_training_scenes
 
-POLICIES = [name for name in BUNDLED if name != "world-model"]
+ENCODERS = ["world-model", "corn-pretrained"]
+POLICIES = [name for name in BUNDLED if name not in ENCODERS]
 MAX_BYTES = 10_000_000
 
 
@@ -48,7 +49,8 @@ def test_a_checkpoint_is_opened_by_name_or_by_file(name):
         open_checkpoint(f"{name}s")
 
 
-def test_a_name_stands_for_the_encoder_of_a_world_model():
-    named, read = (open_point_encoder(choice, 0) for choice in ("world-model", str(find_bundled("world-model"))))
+@pytest.mark.parametrize("name", ENCODERS)
+def test_a_name_stands_for_the_encoder_in_its_file(name):
+    named, read = (open_point_encoder(choice, 0) for choice in (name, str(find_bundled(name))))
     assert named.sha256 == read.sha256
     assert named.history == read.history
