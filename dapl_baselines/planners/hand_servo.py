@@ -41,6 +41,8 @@ def joint_steps(
     hand_rotations: Float64[np.ndarray, "n 3 3"],
     speed_m: Float64[np.ndarray, "n"],
     idle_steps: Float64[np.ndarray, "n 7"] | None = None,
+    *,
+    max_turn_rad: Float64[np.ndarray, "n"] | float = MAX_TURN_RAD,
 ) -> Float64[np.ndarray, "n 7"]:
     """Movements of the joints [rad] that take the hand towards a target.
 
@@ -50,6 +52,7 @@ def joint_steps(
         hand_rotations: How the hand shall be turned, hand frame to world frame.
         speed_m: Largest movement of the tips in this step.
         idle_steps: Movements wanted besides [rad], of which only what leaves the hand where it is is made.
+        max_turn_rad: Largest turn of the hand in this step, about each axis of the world.
     """
     rotation, tip = quat_to_matrix(hand.pose[:, 3:]), tip_positions(hand.pose)
     lever = (tip - hand.pose[:, :3])[:, None]
@@ -59,7 +62,8 @@ def joint_steps(
     length = np.sqrt((step**2).sum(axis=-1, keepdims=True))
     step = step * np.minimum(1.0, speed_m[:, None] / np.maximum(length, 1e-9))
     columns = [np.cross(rotation[:, :, axis], hand_rotations[:, :, axis]) for axis in range(3)]
-    turn = np.clip((columns[0] + columns[1] + columns[2]) / 2, -MAX_TURN_RAD, MAX_TURN_RAD)
+    most = np.asarray(max_turn_rad)[..., None]
+    turn = np.clip((columns[0] + columns[1] + columns[2]) / 2, -most, most)
     rows = np.concatenate([linear, ROTATION_WEIGHT_M * angular], axis=-1)
     error = np.concatenate([step, ROTATION_WEIGHT_M * turn], axis=-1)
     normal = np.einsum("nji,njk->nik", rows, rows) + DAMPING**2 * np.eye(6)

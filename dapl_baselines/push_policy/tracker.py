@@ -15,7 +15,7 @@ from clutter6d.sim.end_effector import HAND_BOX
 from clutter6d.sim.kinematics import HandKinematics
 from clutter6d.sim.robot import HOME_QPOS
 from clutter6d.sim.robot_facts import TIP_OFFSET_M
-from dapl_baselines.planners.hand_servo import joint_steps, tip_positions
+from dapl_baselines.planners.hand_servo import MAX_TURN_RAD, joint_steps, tip_positions
 from dapl_baselines.push_policy import push as columns
 from dapl_baselines.push_policy.arm_response import residuals_for
 
@@ -44,6 +44,12 @@ STILL_M: Final = 0.003
 """Tips that move by less in a control step of a flight do not come on: something is in the way."""
 NEARLY_THERE_M: Final = 0.03
 """Tips that do not come on, but are nearer to the start than this, begin the push from there."""
+FLIGHT_TURN_RAD: Final = 0.06
+"""While flying, the hand is turned by no more in a control step about any axis.
+
+Residuals are bounded, and shortened together so that the tips keep their direction: with as much as while pushing, the
+wrist takes so much of them that the tips fly at 1.8 cm a step instead of 2.2 cm.
+"""
 HOME_SHARE: Final = 0.2
 MAX_HOME_RAD: Final = 0.04
 """In each control step the elbow, which may be anywhere while the hand is where it should be, goes home by this share.
@@ -193,7 +199,9 @@ class PushTracker:
         targets = np.where(self.is_pushing[:, None], self._push_on(tips), self._fly(tips, obstacles))
         speeds = np.where(self.is_pushing, np.maximum(self.speeds, 0.015) + 0.01, flight_speeds)
         home = np.clip(HOME_SHARE * (HOME_QPOS - qpos), -MAX_HOME_RAD, MAX_HOME_RAD)
-        return residuals_for(joint_steps(hand, targets, self.hands, speeds, home), qvel, config)
+        turns = np.where(self.is_pushing, MAX_TURN_RAD, FLIGHT_TURN_RAD)
+        steps = joint_steps(hand, targets, self.hands, speeds, home, max_turn_rad=turns)
+        return residuals_for(steps, qvel, config)
 
     def _arrive(self, tips: Float64[np.ndarray, "slot 3"], distances: Float64[np.ndarray, "slot"]) -> None:
         """End the flights that are there, or as near as they come."""
