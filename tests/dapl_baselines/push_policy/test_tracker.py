@@ -91,7 +91,7 @@ class Stage:
         return film
 
     def _touches(self) -> bool:
-        """Whether the robot touches the box of the first slot, or has moved it: a pushed box may slide ahead a little."""
+        """Whether the robot touches the box of the first slot, or has moved it: a pushed box may slide a little on."""
         if np.linalg.norm(self.env.batch.object_poses[0, 0, :3] - ORIGIN) > 2e-3:
             return True
         qpos = np.concatenate([self.env.batch.arm_qpos[0], joint_state(self.env.batch.object_poses[:1])[0, 7:]])
