@@ -48,7 +48,7 @@ FLIGHT_TURN_RAD: Final = 0.06
 """While flying, the hand is turned by no more in a control step about any axis.
 
 Residuals are bounded, and shortened together so that the tips keep their direction: with as much as while pushing, the
-wrist takes so much of them that the tips fly at 1.8 cm a step instead of 2.2 cm.
+wrist takes so much of them that the tips fly at 2.0 cm a step instead of 2.4 cm.
 """
 HOME_SHARE: Final = 0.2
 MAX_HOME_RAD: Final = 0.04
