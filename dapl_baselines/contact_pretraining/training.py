@@ -100,7 +100,8 @@ class ContactTraining:
             torch.manual_seed(settings.seed)
             self._model = ContactModel(settings.model)
         self._optimizer = torch.optim.AdamW(self._model.parameters(), weight_decay=settings.weight_decay)
-        self.step, self.best = 0, cast(ContactErrors | None, None)
+        self.step = 0
+        self.best: ContactErrors | None = None
         if (out / STATE_FILE).is_file():
             self._restore()
 
