@@ -45,7 +45,8 @@ STILL_M: Final = 0.003
 NEARLY_THERE_M: Final = 0.03
 """Tips that do not come on, but are nearer to the start than this, begin the push from there."""
 FLIGHT_TURN_RAD: Final = 0.06
-"""While flying, the hand is turned by no more in a control step about any axis.
+TURN_M: Final = 0.10
+"""While flying farther than this from the start, the hand is turned by no more in a control step about any axis.
 
 Residuals are bounded, and shortened together so that the tips keep their direction: with as much as while pushing, the
 wrist takes so much of them that the tips fly at 2.0 cm a step instead of 2.4 cm.
@@ -199,7 +200,7 @@ class PushTracker:
         targets = np.where(self.is_pushing[:, None], self._push_on(tips), self._fly(tips, obstacles))
         speeds = np.where(self.is_pushing, np.maximum(self.speeds, 0.015) + 0.01, flight_speeds)
         home = np.clip(HOME_SHARE * (HOME_QPOS - qpos), -MAX_HOME_RAD, MAX_HOME_RAD)
-        turns = np.where(self.is_pushing, MAX_TURN_RAD, FLIGHT_TURN_RAD)
+        turns = np.where(self.is_pushing | (distances < TURN_M), MAX_TURN_RAD, FLIGHT_TURN_RAD)
         steps = joint_steps(hand, targets, self.hands, speeds, home, max_turn_rad=turns)
         return residuals_for(steps, qvel, config)
 

@@ -42,7 +42,7 @@ def test_actions_are_the_same_to_the_bit_whatever_runs_beside():
 
 def test_a_seed_chooses_other_pushes():
     scenes, policy = make_box_scene_set(1), make_policy()
-    config = EnvConfig(termination=TerminationConfig(max_steps=3))
+    config = EnvConfig(termination=TerminationConfig(max_steps=40))
     (one,), (other,) = (
         list(EpisodeRunner(scenes, policy, config=config, seed=seed, threads=1).run([("boxes-0", 0)]))
         for seed in (0, 1)
