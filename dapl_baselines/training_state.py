@@ -38,6 +38,24 @@ def go_on_from(path: Path, mark: str, restore: Callable[[dict[str, Any]], None],
         raise InvalidFileError(path, f"{damaged} ({type(error).__name__}: {reason})") from None
 
 
+def take_up(path: Path, restore: Callable[[dict[str, Any]], None]) -> None:
+    """Put the state of a training by steps back in its place.
+
+    Args:
+        path: The file.
+        restore: Puts everything in its place; may stumble over whatever is missing or does not fit.
+
+    Raises:
+        InvalidFileError: It is damaged or another training's.
+    """
+    state = read_tensor_file(path, what="state of a training")
+    try:
+        restore(state)
+    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        detail = " ".join(str(error).split())[:200]
+        raise InvalidFileError(path, f"not the state of this training: {detail}; delete it to start anew") from None
+
+
 def pack_snapshot(snapshot: Snapshot) -> dict[str, object]:
     """Where environments are, as plain values and tensors for a file."""
     places, motion = snapshot.places, snapshot.motion

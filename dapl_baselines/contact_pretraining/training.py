@@ -10,14 +10,14 @@ from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final, Literal, cast
+from typing import Any, Final, Literal, cast
 
 import torch
 from pydantic import JsonValue
 from torch import nn
 
 from clutter6d.assets.asset import Asset
-from clutter6d.errors import InvalidFileError, InvalidValueError
+from clutter6d.errors import InvalidValueError
 from clutter6d.schema import FileModel
 from clutter6d.seeding import generator
 from dapl_baselines.checkpoint import TrainingRecord, write_checkpoint
@@ -29,7 +29,8 @@ from dapl_baselines.contact_pretraining.settings import ContactSettings
 from dapl_baselines.curves import Curves
 from dapl_baselines.prefetching import prefetched
 from dapl_baselines.run_folder import claim
-from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.tensor_file import write_tensor_file
+from dapl_baselines.training_state import take_up
 
 RUN_FILE, STATE_FILE, MODEL_FILE = "run.json", "state.pt", "corn.pt"
 ARCHITECTURE: Final = "contact-model"
@@ -103,7 +104,7 @@ class ContactTraining:
         self.step = 0
         self.best: ContactErrors | None = None
         if (out / STATE_FILE).is_file():
-            self._restore()
+            take_up(out / STATE_FILE, self._restore)
 
     def run(self) -> Generator[ContactReport, None, None]:
         """Make the steps that are left; some at a time, with a state on disk after each of these."""
@@ -171,14 +172,8 @@ class ContactTraining:
             "best": None if self.best is None else asdict(self.best),
         }
 
-    def _restore(self) -> None:
-        path = self._out / STATE_FILE
-        state = read_tensor_file(path, what="state of a training")
-        try:
-            self._model.load_state_dict(state["model"])
-            self._optimizer.load_state_dict(state["optimizer"])
-            self.step = int(state["step"])
-            self.best = None if state["best"] is None else ContactErrors(**state["best"])
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            detail = " ".join(str(error).split())[:200]
-            raise InvalidFileError(path, f"not the state of this training: {detail}; delete it to start anew") from None
+    def _restore(self, state: dict[str, Any]) -> None:
+        self._model.load_state_dict(state["model"])
+        self._optimizer.load_state_dict(state["optimizer"])
+        self.step = int(state["step"])
+        self.best = None if state["best"] is None else ContactErrors(**state["best"])

@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 from pydantic import Field, model_validator
 from torch import Tensor, nn
 
+from clutter6d.envs.observation import OBSERVATION_SHAPES
 from clutter6d.schema import FileModel
 from dapl_baselines.encoders.point_encoder import PointEncoder
 from dapl_baselines.encoders.transformer import SelfAttentionBlock
@@ -23,7 +24,7 @@ CENTRE_M: Final = (0.0, 0.0, 0.15)
 SCALE_M: Final = 0.4
 """What positions are divided by."""
 
-HAND_NUMBERS: Final = 9
+HAND_NUMBERS: Final = OBSERVATION_SHAPES["hand_state"][0]
 
 
 class CornEncoderConfig(FileModel):

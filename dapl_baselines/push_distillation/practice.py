@@ -1,7 +1,5 @@
 """Episodes in which a student practises, and a teacher says what it thinks of the pushes that the student looks at."""
 
-from dataclasses import replace
-
 import numpy as np
 import torch
 from jaxtyping import Bool
@@ -89,7 +87,7 @@ class StudentPractice:
             own = student(lessons.view(), lessons.tokens).value
         values = torch.where(torch.from_numpy(is_taught)[:, None], lessons.gain + lessons.future, own).numpy()
         drawn, origins = (array.double().numpy() for array in (lessons.pushes, lessons.state.poses[:, :3]))
-        tracker, around = self.slots.tracker, known.points_in_the_way()[slots]
+        tracker, around = self.slots.tracker, known.rows(slots).points_in_the_way()
         best = choose(values, drawn, lambda pushes: tracker.may_begin(slots, pushes, origins, around))
         is_random = rng.random(len(slots)) < self._settings.random_share
         chosen = np.where(is_random, rng.integers(values.shape[1], size=len(slots)), best)
@@ -100,15 +98,5 @@ class StudentPractice:
         observation = self.slots.observe(slots)
         seen = see_points(observation)
         drawn = draw_candidates(seen.state, seen.goals, seen.shapes, seen.targets, self._settings.counts, rng)
-        there = replace(
-            known,
-            state=known.state.rows(slots),
-            goals=known.goals[slots],
-            targets=known.targets[slots],
-            obstacle_points=known.obstacle_points[slots],
-            hand=known.hand[slots],
-            qpos=known.qpos[slots],
-            qvel=known.qvel[slots],
-        )
         tokens = student.encode(cloud(observation), hand_state(observation))
-        return Lessons.of(seen, drawn, tokens, ask_teacher(self._teacher, there, seen, drawn))
+        return Lessons.of(seen, drawn, tokens, ask_teacher(self._teacher, known.rows(slots), seen, drawn))

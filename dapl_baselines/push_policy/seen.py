@@ -1,6 +1,6 @@
 """What a policy that pushes knows, from the true state or from points alone; both in the same terms."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -46,6 +46,19 @@ class Seen:
     hand: HandKinematics[np.ndarray]
     qpos: Float64[np.ndarray, "row 7"]
     qvel: Float64[np.ndarray, "row 7"]
+
+    def rows(self, slots: Int[np.ndarray, "chosen"]) -> "Seen":
+        """Some of them."""
+        return replace(
+            self,
+            state=self.state.rows(slots),
+            goals=self.goals[slots],
+            targets=self.targets[slots],
+            obstacle_points=self.obstacle_points[slots],
+            hand=self.hand[slots],
+            qpos=self.qpos[slots],
+            qvel=self.qvel[slots],
+        )
 
     def points_in_the_way(self) -> Float64[np.ndarray, "row point 3"]:
         """What the hand must fly over: the targets' contact points and points of other objects, world frame [m]."""

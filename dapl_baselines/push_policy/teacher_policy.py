@@ -1,7 +1,6 @@
 """A privileged critic of pushes as a policy of the evaluation."""
 
 from collections.abc import Callable, Sequence
-from typing import Final
 
 import numpy as np
 from jaxtyping import Float64, Int
@@ -20,9 +19,6 @@ from dapl_baselines.push_policy.policy import FIRST, PushingPolicy
 from dapl_baselines.push_policy.push_state import SceneFacts
 from dapl_baselines.push_policy.seen import Seen, see_states
 from dapl_baselines.push_policy.target_shapes import TargetShapes
-
-IMPOSSIBLE: Final = 1e6
-"""A push that cannot begin is tried only where fewer can than are to be tried."""
 
 
 class PushTeacherPolicy(PushingPolicy):
@@ -80,8 +76,8 @@ class PushTeacherPolicy(PushingPolicy):
         may_begin, count = self._may_begin(int(inputs.slots[row]), seen), min(self._config.look_ahead, values.shape[1])
         if not count or inputs.states is None:
             return drawn[:, choose(values, drawn, may_begin)[0]]
-        worth = np.where(may_begin(drawn[0]), values[0], values[0] - IMPOSSIBLE)
-        best = np.argsort(-worth, kind="stable")[:count]
+        # A push that cannot begin is tried only where fewer can than are to be tried.
+        best = np.lexsort((-values[0], ~may_begin(drawn[0])))[:count]
         copies, steps_left = self._copies_of(inputs.episodes[row], count), MAX_CONTROL_STEPS - int(inputs.steps[row])
         tried = copies.try_out(inputs.states[row], drawn[0, best], seen.goals[0], steps_left)
         return drawn[:, best[int(self._worth(seen, tried, make_rng()).argmax())]]

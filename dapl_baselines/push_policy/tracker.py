@@ -45,12 +45,13 @@ STILL_M: Final = 0.003
 NEARLY_THERE_M: Final = 0.03
 """Tips that do not come on, but are nearer to the start than this, begin the push from there."""
 FLIGHT_TURN_RAD: Final = 0.06
-TURN_M: Final = 0.10
-"""While flying farther than this from the start, the hand is turned by no more in a control step about any axis.
+"""While flying far from the start, the hand is turned by no more in a control step about any axis.
 
 Residuals are bounded, and shortened together so that the tips keep their direction: with as much as while pushing, the
-wrist takes so much of them that the tips fly at 2.0 cm a step instead of 2.4 cm.
+wrist takes so much of them that the tips fly at 2.0 cm a step. They fly at 2.4 cm with this all the way.
 """
+TURN_M: Final = 0.10
+"""Nearer to the start, the hand is turned as while pushing: turned the wrong way it would come down on the target."""
 HOME_SHARE: Final = 0.2
 MAX_HOME_RAD: Final = 0.04
 """In each control step the elbow, which may be anywhere while the hand is where it should be, goes home by this share.

@@ -97,10 +97,11 @@ class Practice:
 
     def _choose(self, slots: Slots, seen: Seen, critic: PushCritic, rng: np.random.Generator) -> None:
         """The best of some pushes by the critic, or any of them."""
-        state, goals, targets = seen.state.rows(slots), seen.goals[slots], seen.targets[slots]
+        there = seen.rows(slots)
+        state, goals, targets = there.state, there.goals, there.targets
         drawn = draw_candidates(state, goals, self._shapes, targets, self._settings.practice_counts, rng)
         values = judge(critic, state, goals, self._shapes.surface[targets], drawn)
-        origins, around = state.poses[:, :3], seen.points_in_the_way()[slots]
+        origins, around = state.poses[:, :3], there.points_in_the_way()
         best = choose(values, drawn, lambda pushes: self.slots.tracker.may_begin(slots, pushes, origins, around))
         is_random = self._is_random[slots] | (rng.random(len(slots)) < self._settings.random_share)
         chosen = np.where(is_random, rng.integers(drawn.shape[1], size=len(slots)), best)

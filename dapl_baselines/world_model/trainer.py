@@ -12,17 +12,17 @@ from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import torch
 
-from clutter6d.errors import InvalidFileError
 from dapl_baselines.checkpoint import Checkpoint, write_checkpoint
 from dapl_baselines.curves import Curves
 from dapl_baselines.interactions.dataset import InteractionData
 from dapl_baselines.prefetching import prefetched
 from dapl_baselines.run_folder import claim
-from dapl_baselines.tensor_file import read_tensor_file, write_tensor_file
+from dapl_baselines.tensor_file import write_tensor_file
+from dapl_baselines.training_state import take_up
 from dapl_baselines.world_model.batches import Batch, some_of, training_batch
 from dapl_baselines.world_model.evaluation import evaluate
 from dapl_baselines.world_model.learner import Learner
@@ -88,7 +88,7 @@ class Trainer:
         self.step, self.seconds, self._best_loss, self._best_step = 0, 0.0, float("inf"), 0
         self._state: dict[str, object] | None = None
         if (out / STATE_FILE).is_file():
-            self._restore()
+            take_up(out / STATE_FILE, self._restore)
 
     @property
     def is_over(self) -> bool:
@@ -185,13 +185,7 @@ class Trainer:
             write_tensor_file(self._out / STATE_FILE, self._state)
             self._state = None
 
-    def _restore(self) -> None:
-        path = self._out / STATE_FILE
-        content = read_tensor_file(path, what="state of a training")
-        try:
-            self._learner.restore(content)
-            self.step, self.seconds = int(content["step"]), float(content["seconds"])
-            self._best_loss, self._best_step = float(content["best_loss"]), int(content["best_step"])
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            detail = " ".join(str(error).split())[:200]
-            raise InvalidFileError(path, f"not the state of this training: {detail}; delete it to start anew") from None
+    def _restore(self, state: dict[str, Any]) -> None:
+        self._learner.restore(state)
+        self.step, self.seconds = int(state["step"]), float(state["seconds"])
+        self._best_loss, self._best_step = float(state["best_loss"]), int(state["best_step"])

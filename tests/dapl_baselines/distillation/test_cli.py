@@ -5,14 +5,8 @@ import pytest
 from clutter6d.cli import run
 from dapl_baselines.checkpoint import write_checkpoint
 from dapl_baselines.cli import PROGRAM
+from tests.dapl_baselines.one_line import assert_one_line
 from tests.dapl_baselines.policy.networks import WITH_POINTS, make_network
-from tests.scene_fixtures import write_box_scene_set
-
-
-@pytest.fixture
-def folder(tmp_path):
-    write_box_scene_set(tmp_path / "scenes", 2)
-    return tmp_path
 
 
 def distill(folder, *options: str) -> int:
@@ -45,7 +39,5 @@ def test_it_distils_and_stops_in_time_and_goes_on(folder, capsys):
 )
 def test_a_mistake_is_one_line_and_leaves_nothing(folder, capsys, options, said):
     assert distill(folder, *options) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
+    assert_one_line(capsys.readouterr().err, said)
     assert not (folder / "run").exists()

@@ -4,13 +4,7 @@ import pytest
 
 from clutter6d.cli import run
 from dapl_baselines.cli import PROGRAM
-from tests.scene_fixtures import write_box_scene_set
-
-
-@pytest.fixture
-def folder(tmp_path):
-    write_box_scene_set(tmp_path / "scenes", 2)
-    return tmp_path
+from tests.dapl_baselines.one_line import assert_one_line
 
 
 def train(folder, *options: str) -> int:
@@ -42,9 +36,7 @@ def test_its_help_names_the_presets(capsys):
 )
 def test_a_mistake_is_one_line_and_leaves_nothing(folder, capsys, options, said):
     assert train(folder, *options) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
+    assert_one_line(capsys.readouterr().err, said)
     assert not (folder / "run").exists()
 
 
@@ -52,6 +44,4 @@ def test_another_training_in_the_folder_is_one_line(folder, capsys):
     assert train(folder, "--preset", "small", "--max-minutes", "0") == 0
     capsys.readouterr()
     assert train(folder, "--preset", "small", "--max-minutes", "0", "--seed", "1") == 2
-    error = capsys.readouterr().err
-    assert "settings.seed was 0, is 1" in error
-    assert error.count("\n") == 1
+    assert_one_line(capsys.readouterr().err, "settings.seed was 0, is 1")
